@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.kernels.contact.contact_forces import contact, contact_change, contact_watch
-from kanefe.kernels.contact.contact_outputs import contact_outputs, contact_point_outputs
-from kanefe.kernels.contact.contact_places import POINTS, ContactNumbers, PointNumbers
-from kanefe.kernels.contact.detection import located, met_by
-from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.contact.contact_places import ContactNumbers, Kind, PointNumbers
+from kanefe.kernels.values.records import filled
 from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
@@ -25,25 +21,6 @@ if TYPE_CHECKING:
 
 LARGE_PATH = 100.0
 """Slid path, in multiples of the largest anchor stretch, that counts as large."""
-
-
-class ContactFunctions(NamedTuple):
-    """Kernels of a contact: forces, event values, what events change, and outputs, as a whole and of each point."""
-
-    force: Callable[..., None]
-    watch: Callable[..., None]
-    change: Callable[..., None]
-    outputs: Callable[..., None]
-    point_outputs: Callable[..., None]
-
-
-class Met(NamedTuple):
-    """A point of a contact at a state: depth (m), normal and place in N, and its share of the stiffness."""
-
-    depth: float
-    normal: tuple[float, ...]
-    point: tuple[float, ...]
-    share: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,23 +186,18 @@ class ContactData(Load):
         """What compiled code is given of the faces at its points, of those that share the stiffness by them."""
         return np.zeros(0)
 
-    def met(self, ends: list[Any]) -> list[Met]:
-        """Return where its points are to the surface, from the numbers of the ends."""
-        boxes = met_by(self.listed, ends)
-        return [Met(*located(self.listed, i, ends, boxes)) for i in range(len(self.probes))]
-
     @property
-    def functions(self) -> ContactFunctions:
-        """Its kernels."""
-        return ContactFunctions(contact, contact_watch, contact_change, contact_outputs, contact_point_outputs)
+    def found_as(self) -> Kind:
+        """By what kernels know where its points are."""
+        return Kind.BOXES if self.probes[0][1].ring < 0.0 else Kind.POINTS
 
 
 def contact_numbers(contact: ContactData) -> Vector:
     """Return the numbers of a contact: see `ContactNumbers`."""
     law, friction, rest = contact.normal, contact.friction, contact.rest
-    points = [flat(PointNumbers(float(end), *probe)) for end, probe in contact.probes]
+    points = [filled(PointNumbers, end=end, **probe._asdict()) for end, probe in contact.probes]
     parts = [np.concatenate(points)]
-    begin = [POINTS, POINTS + len(parts[0])]  # of these, and of what comes next
+    begin = [0, ContactNumbers.number_count + len(parts[0])]  # of these, and of what comes next
 
     def put(part: Any) -> float:
         parts.append(np.ravel(part))
@@ -235,8 +207,10 @@ def contact_numbers(contact: ContactData) -> Vector:
     rests_at = 0.0
     if rest is not None:
         rests_at = put(np.hstack((rest.material, rest.marks, rest.turns.reshape(-1, 9))))
-    head = ContactNumbers(
-        points=len(points),
+    head = filled(
+        ContactNumbers,
+        kind=contact.found_as,
+        count=len(points),
         ends=len(contact.ends),
         shape=put(contact.surface_numbers),
         rests_at=rests_at,
@@ -244,14 +218,14 @@ def contact_numbers(contact: ContactData) -> Vector:
         belt=contact.belt,
         reports_points=contact.reports_points,
         normal=law.kind,
-        normal_at=put(flat(law.block)),
+        normal_at=put(law.block),
         stiffness=law.stiffness,
         impact=contact.impact_state,
         impact_number=law.impact_number,
         least_speed=law.least_speed,
         branches=law.has_branch,
         friction=0.0 if friction is None else friction.kind,
-        friction_at=0.0 if friction is None else put(flat(friction.block)),
+        friction_at=0.0 if friction is None else put(friction.block),
         holds=friction is not None and friction.holds,
         has_memory=friction is not None and friction.has_memory,
         turning=0.0 if friction is None else friction.turning_states,
@@ -260,5 +234,6 @@ def contact_numbers(contact: ContactData) -> Vector:
         first=contact.begins,
         each=contact.each,
         faces=put(contact.face_numbers) if len(contact.face_numbers) else 0.0,
+        points=(),
     )
-    return np.concatenate((flat(head), *parts))
+    return np.concatenate((head, *parts))

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 
-from kanefe.contact.contact_data import ContactData, Met
+from kanefe.contact.contact_data import ContactData
 from kanefe.contact.touching_point import Touch
 from kanefe.frames import Vector
+from kanefe.kernels.compiler.local_numbers import local_numbers
 from kanefe.kernels.contact import contact_forces as kernels
 from kanefe.kernels.contact import contact_outputs
+from kanefe.kernels.contact.contact_places import AtState, ContactNumbers, Place
+from kanefe.kernels.contact.meeting import meet, place_of
 from kanefe.kernels.contact.output_places import POINT_OUTPUTS
-from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, A
+from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, Done
 from kanefe.loads.action import Action, End, LoadKernel
 from kanefe.loads.by_kernel import numbers_of
 
@@ -22,13 +24,15 @@ from kanefe.loads.by_kernel import numbers_of
 def kernel_of(contact: ContactData) -> LoadKernel:
     """Return the compiled functions of a contact, with its numbers."""
     changes = contact.normal.has_impact or (contact.friction is not None and contact.friction.has_memory)
-    of = contact.functions
-    return LoadKernel(of.force, contact.numbers, of.force, of.watch, of.change if changes else None, of.outputs)
-
-
-def _one_of(numbers: Any, i: int, ends: Any, met: list[Met]) -> Met:
-    """Return the place of a point among those that are known."""
-    return met[i]
+    change = kernels.contact_change if changes else None
+    return LoadKernel(
+        kernels.contact,
+        contact.numbers,
+        kernels.contact,
+        kernels.contact_watch,
+        change,
+        contact_outputs.contact_outputs,
+    )
 
 
 class InPython:
@@ -43,18 +47,13 @@ class InPython:
 
     def __init__(self, contact: ContactData, ends: Sequence[End], states: Vector) -> None:
         self.contact, self.ends = contact, ends
-        self._numbers = contact.listed
-        self._ends = numbers_of(ends)
-        self._states = np.asarray(states).tolist()
-        self._axes = nine(self._ends, A)
-        self._met = contact.met(self._ends)
-        self._given = self._met, self._numbers, self._ends, self._states
+        self._given = contact.listed, (), numbers_of(ends), np.asarray(states).tolist()
+        self._states = self._given[3]
 
     def action(self) -> Action:
         """Return the forces on the surface and on what touches it (Eq. 11)."""
         last = WRENCHES + WRENCH * len(self.ends)
-        out: list[Any] = [0.0] * (last + len(self._states))
-        kernels.put_points(_one_of, *self._given, out)
+        out = self._written(kernels.contact, last + len(self._states))
         potential, taken, given = out[:WRENCHES]
         wrenches = np.array(out[WRENCHES:last]).reshape(-1, WRENCH)
         return Action(wrenches, potential, taken, given, np.array(out[last:]))
@@ -62,41 +61,56 @@ class InPython:
     def watched(self) -> list[float]:
         """Return the event values of the contact, in order."""
         points = len(self.contact.probes) if self.contact.reports_points else 0
-        out: list[Any] = [0.0] * (self.contact.events_of_each * (1 + points))
-        kernels.watch_points(_one_of, *self._given, out)
-        return out
+        return self._written(kernels.contact_watch, self.contact.events_of_each * (1 + points))
 
     def outputs(self) -> list[float]:
         """Return what the columns of the contact name."""
-        out: list[Any] = [0.0] * len(self.contact.columns)
-        contact_outputs.tell_whole(_one_of, *self._given, out)
-        return out
+        return self._written(contact_outputs.contact_outputs, len(self.contact.columns))
 
     def point_outputs(self) -> list[float]:
         """Return the outputs of each point, one after the other."""
-        out: list[Any] = [0.0] * (POINT_OUTPUTS * len(self.contact.probes))
-        contact_outputs.tell_points(_one_of, *self._given, out)
+        return self._written(contact_outputs.contact_point_outputs, POINT_OUTPUTS * len(self.contact.probes))
+
+    def _written(self, function: Callable[..., None], count: int) -> list[Any]:
+        """Return so many numbers that a kernel writes."""
+        out: list[Any] = [0.0] * count
+        function(0.0, *self._given, out)
         return out
 
     def touches(self) -> list[Touch]:
         """Return what each point does."""
-        return [self._touch(i, met) for i, met in enumerate(self._met)]
+        numbers, _, ends, states = self._given
+        at, room = AtState(ContactNumbers(numbers), numbers, ends, states), local_numbers()
+        met = meet(at, room, room, room)
+        return [self._touch(at, i, place_of(at, i, met)) for i in range(len(self.contact.probes))]
 
-    def _touch(self, i: int, met: Met) -> Touch:
+    def _touch(self, at: AtState, i: int, place: Place) -> Touch:
         contact, number = self.contact, self.contact.probes[i][0]
-        given = self._numbers, i, met, self._axes, self._ends, self._states
-        place, normal = np.array(met.point), np.array(met.normal)
-        is_apart = kernels.is_apart(self._numbers, i, met, self._ends)
-        if met.share <= 0.0 or (is_apart and (contact.rest is None or contact.rest.softness == 0.0)):
-            at = contact.begins + contact.each * i
-            stretch = self._states[at : at + 3] if contact.friction is not None and contact.rest is None else (0, 0, 0)
-            return Touch(met.depth, number, place, normal, stretch=self.ends[0].A @ stretch, share=met.share)
-        _, along, _, _, pressed, (w, tangential, w_rate, _, _, beyond) = kernels.touching(*given)
+        touch = Touch(place.depth, number, _array(place.point), _array(place.normal), share=place.share)
+        if place.share <= 0.0 or (
+            kernels.is_apart(at, i, place) and (contact.rest is None or not contact.rest.softness)
+        ):
+            first = contact.begins + contact.each * i
+            if contact.friction is None or contact.rest is not None:
+                return touch
+            return touch._replace(stretch=self.ends[0].A @ self._states[first : first + 3])
+        found = kernels.touching(at, i, place)
         moment = np.zeros(3)
         if contact.friction is not None and contact.friction.turning_states:
             out: list[Any] = [0.0] * (WRENCHES + WRENCH * len(self.ends) + len(self._states))
-            where = self._numbers, i, met.normal, met.share, self._axes, self._ends
-            moment = -np.array(kernels.turned(*where, pressed[0], self._states, out))
-        found = Touch(met.depth, number, place, normal, pressed[0], slip_margin=beyond, moment=moment, share=met.share)
-        slides, friction, stretch, stretch_rate = (np.array(x) for x in (along, tangential, w, w_rate))
-        return found._replace(along=slides, tangential=friction, stretch=stretch, stretch_rate=stretch_rate)
+            moment = -_array(kernels.turned(at, i, place, found.normal.force, Done(out)))
+        rubbed = found.rubbed
+        return touch._replace(
+            normal_force=found.normal.force,
+            along=_array(found.along),
+            tangential=_array(rubbed.force),
+            stretch=_array(found.stretch),
+            stretch_rate=_array(rubbed.stretch_rate),
+            slip_margin=rubbed.beyond,
+            moment=moment,
+        )
+
+
+def _array(x: Any) -> Vector:
+    """Return the numbers of a vector of kernels."""
+    return np.array(x.numbers)

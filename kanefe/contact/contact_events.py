@@ -8,6 +8,7 @@ from functools import partial
 from kanefe.contact.contact_data import ContactData
 from kanefe.contact.contact_evaluation import InPython
 from kanefe.frames import Vector
+from kanefe.kernels.contact.contact_forces import contact_change
 from kanefe.loads.action import End
 from kanefe.loads.base import LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel
@@ -55,7 +56,7 @@ class Watched:
         )
 
     def _action(self, k: int) -> Callable[[float, Sequence[End], Vector], Vector]:
-        return ActionByKernel(self.contact, self.contact.functions[2], k)
+        return ActionByKernel(self.contact, contact_change, k)
 
     def value(self, k: int, t: float, ends: Sequence[End], states: Vector) -> float:
         """Return an event value: see `kanefe.kernels.contact.contact_forces.watched`."""

@@ -8,21 +8,19 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.contact_data import ContactFunctions, Met
 from kanefe.contact.convex_numbers import convex_numbers, slots_of
 from kanefe.contact.geometry.convex import Convex
 from kanefe.contact.geometry.shape import Probe, SurfaceShape
 from kanefe.contact.shapes import Box, Capsule, Cylinder
 from kanefe.frames import Vector
-from kanefe.kernels.compiler.local_numbers import local_numbers
-from kanefe.kernels.contact.convex_forces import convex_change, convex_contact, convex_watch, meet, slot
-from kanefe.kernels.contact.convex_outputs import convex_outputs, convex_point_outputs
-from kanefe.kernels.contact.convex_shapes import SIZE
+from kanefe.kernels.contact.contact_places import Kind
+from kanefe.kernels.contact.convex_places import PAIR
+from kanefe.kernels.contact.convex_shapes import ConvexShape
 
 if TYPE_CHECKING:
     from kanefe.contact.wanted_contact import WantedContact
 
-PAIR = 9.0
+NO_SHAPE = 9.0
 """Kind of what the numbers of two shapes stand for, behind those of `kanefe.kernels.contact.contact_shapes`."""
 
 
@@ -49,18 +47,12 @@ class ConvexContact(Contact):
     def surface_numbers(self) -> Vector:
         """The numbers of both shapes, behind where those of the touched one begin."""
         own = convex_numbers(self.touching)
-        return np.concatenate(((PAIR, 2.0 + len(own)), own, convex_numbers(self.shape)))
+        return np.concatenate(((NO_SHAPE, PAIR + len(own)), own, convex_numbers(self.shape)))
 
     @property
-    def functions(self) -> ContactFunctions:
-        """Its kernels."""
-        return ContactFunctions(convex_contact, convex_watch, convex_change, convex_outputs, convex_point_outputs)
-
-    def met(self, ends: list[Any]) -> list[Met]:
-        """Return where its points are, from the numbers of the ends."""
-        slots = local_numbers()
-        found = meet(self.listed, ends, slots, slots, slots)
-        return [Met(*slot(self.listed, i, ends, found)) for i in range(len(self.probes))]
+    def found_as(self) -> Kind:
+        """By what kernels know where its points are."""
+        return Kind.CONVEX
 
 
 def are_convex(*shapes: SurfaceShape) -> bool:
@@ -71,6 +63,6 @@ def are_convex(*shapes: SurfaceShape) -> bool:
 
 def convex_probes(one: SurfaceShape, other: SurfaceShape, label: str) -> tuple[Probe, ...]:
     """Return what stands for the places at which a convex shape touches another; each may be anywhere on it."""
-    count, extent = slots_of(one, other, label), np.array((float(convex_numbers(one)[SIZE]), 0.0, 0.0))
+    count, extent = slots_of(one, other, label), np.array((ConvexShape(convex_numbers(one)).size, 0.0, 0.0))
     radius = one.radius if isinstance(one, Capsule) else 0.0
     return tuple(Probe(np.zeros(3), radius, 1.0 / count, -1.0 - i, extent) for i in range(count))

@@ -11,7 +11,9 @@ from kanefe.contact.shapes import Box, Capsule, Cylinder
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.local_numbers import LOCAL_NUMBERS
-from kanefe.kernels.contact.convex_edges import OF_SLOT
+from kanefe.kernels.contact.convex_edges import Slot
+from kanefe.kernels.contact.convex_shapes import ConvexShape
+from kanefe.kernels.values.records import filled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -50,9 +52,19 @@ def _numbers(
 ) -> Vector:
     firsts = np.cumsum([0, *(len(loop) for _, loop in faces)])
     most = max((len(loop) for _, loop in faces), default=corners)
-    head = (margin, disc, *axis, *vertices.mean(axis=0), size, len(vertices), len(faces), most)
     rows = [(*normal, first, len(loop)) for (normal, loop), first in zip(faces, firsts, strict=False)]
-    return np.concatenate((head, vertices.ravel(), np.ravel(rows), *(loop for _, loop in faces)))
+    return filled(
+        ConvexShape,
+        margin=margin,
+        disc=disc,
+        axis=axis,
+        centre=vertices.mean(axis=0),
+        size=size,
+        count=len(vertices),
+        faces=len(faces),
+        corners=most,
+        vertices=np.concatenate((vertices.ravel(), np.ravel(rows), *(loop for _, loop in faces))),
+    )
 
 
 def slots_of(one: SurfaceShape, other: SurfaceShape, label: str) -> int:
@@ -67,10 +79,10 @@ def slots_of(one: SurfaceShape, other: SurfaceShape, label: str) -> int:
     lines = [isinstance(shape, (Capsule, Cylinder)) for shape in (one, other)]
     count = 1 + (2 * sum(edges) if all(edges) else 0)
     count += 2 * bool(edges[0] and lines[1]) + 2 * bool(lines[0] and edges[1]) + 3 * all(lines)
-    if OF_SLOT * count > LOCAL_NUMBERS:
+    if Slot.number_count * count > LOCAL_NUMBERS:
         raise ModelError(
             f"{label}: faces of a {one.title} and a {other.title} have {sum(edges)} corners, more than "
-            f"{LOCAL_NUMBERS // OF_SLOT // 2 - 2}. Remedy: fewer points, or a Cylinder"
+            f"{LOCAL_NUMBERS // Slot.number_count // 2 - 2}. Remedy: fewer points, or a Cylinder"
         )
     return count
 

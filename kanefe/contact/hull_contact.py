@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from kanefe.contact.contact import Contact
-from kanefe.contact.contact_data import ContactFunctions, Met
 from kanefe.contact.geometry.convex import Convex
 from kanefe.frames import Vector
-from kanefe.kernels.contact.hull_forces import hull_change, hull_contact, hull_watch
-from kanefe.kernels.contact.hull_outputs import hull_outputs, hull_point_outputs
-from kanefe.kernels.contact.hull_shares import OF_FACE, hull_corner, hull_met
+from kanefe.kernels.contact.contact_places import Kind
+from kanefe.kernels.contact.hull_shares import CORNER_FACES, HULL_FACE
 
 if TYPE_CHECKING:
     from kanefe.contact.wanted_contact import WantedContact
@@ -40,18 +38,13 @@ class HullContact(Contact):
 
     @property
     def face_numbers(self) -> Vector:
-        """Where those of each corner begin and how many faces it has; then of each of these what `OF_FACE` counts."""
+        """Where those of each corner begin and how many faces it has; then these, `HullFace`."""
         return faces_at_corners(self.touching)
 
     @property
-    def functions(self) -> ContactFunctions:
-        """Its kernels."""
-        return ContactFunctions(hull_contact, hull_watch, hull_change, hull_outputs, hull_point_outputs)
-
-    def met(self, ends: list[Any]) -> list[Met]:
-        """Return where its corners are, from the numbers of the ends."""
-        found = hull_met(self.listed, ends)
-        return [Met(*hull_corner(self.listed, i, ends, found)) for i in range(len(self.probes))]
+    def found_as(self) -> Kind:
+        """By what kernels know where its points are."""
+        return Kind.HULL
 
 
 def faces_at_corners(hull: Convex) -> Vector:
@@ -59,5 +52,5 @@ def faces_at_corners(hull: Convex) -> Vector:
     corners = np.concatenate([loop for _, loop in hull.faces])
     rows = np.concatenate([np.tile((*normal, 1.0 / len(loop)), (len(loop), 1)) for normal, loop in hull.faces])
     counts = np.bincount(corners, minlength=len(hull.vertices))
-    starts = 2 * len(counts) + OF_FACE * (np.cumsum(counts) - counts)
+    starts = CORNER_FACES * len(counts) + HULL_FACE * (np.cumsum(counts) - counts)
     return np.concatenate((np.column_stack((starts, counts)).ravel(), rows[np.argsort(corners, kind="stable")].ravel()))

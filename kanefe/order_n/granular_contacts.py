@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.contact import granular_contacts as kernel
-from kanefe.kernels.contact import granular_impulses as sweeping
-from kanefe.kernels.contact.contact_shapes import PLANE
+from kanefe.kernels.contact import granular_scene as scene
+from kanefe.kernels.contact.granular_contacts import DONE, march_granular
+from kanefe.kernels.values.records import allocate, column, filled
+from kanefe.kernels.values.tensors import Vector
 from kanefe.tree.model_data import QUADRATURES, ModelData
 
 ENOUGH = 1e-5
@@ -58,46 +59,38 @@ class GranularSteps:
         granular = model.granular
         if granular is None:
             raise TypeError("steps are of a scene with granular contacts")
-        count = len(model.bodies)
-        self.bodies = np.zeros((count, kernel.BODY_SIZE))
-        for row, body in zip(self.bodies, model.bodies, strict=True):
+        bodies = []
+        for body in model.bodies:
             if body.rigid is None:
                 raise TypeError("loose bodies are rigid")
             inertia = np.asarray(body.rigid.inertia, dtype=float)
-            row[0], row[1:10], row[10:] = body.rigid.mass, inertia.ravel(), np.linalg.inv(inertia).ravel()
-        self.balls = np.zeros((len(granular.balls), kernel.BALL_SIZE))
-        for row, ball in zip(self.balls, granular.balls, strict=True):
+            own = {"mass": body.rigid.mass, "inertia": inertia, "inverse": np.linalg.inv(inertia)}
+            bodies.append(filled(scene.LooseBody, **own))
+        balls, walls = [], []
+        for ball in granular.balls:
             end = granular.ends[ball.end]
-            row[:] = end.body, *(end.point + end.axes @ ball.centre), ball.radius
-        self.walls, shapes = np.zeros((len(granular.walls), kernel.WALL_SIZE)), [np.zeros(0)]
-        for row, (number, shape) in zip(self.walls, granular.walls, strict=True):
+            centre = end.point + end.axes @ ball.centre
+            balls.append(filled(scene.Ball, body=end.body, centre=centre, radius=ball.radius))
+        for number, shape in granular.walls:
             end = granular.ends[number]
-            if shape.kind == PLANE:
-                normal = end.axes @ shape.numbers
-                row[:] = 1.0, *normal, normal @ end.point
-            else:
-                row[kernel.OFFSET] = sum(map(len, shapes))
-                shapes.append(np.concatenate((end.point, end.axes.ravel(), (float(shape.kind),), shape.numbers)))
-        self.shapes = np.concatenate(shapes)
-        self._out = granular.left_out
-        self._counts, self._control = np.zeros(sweeping.COUNTS, dtype=np.int64), np.zeros(sweeping.CONTROL_SIZE)
-        self._control[sweeping.GRAVITY : sweeping.GRAVITY + 3] = model.gravity
-        self._control[sweeping.RESTITUTION], self._control[sweeping.FRICTION] = (
-            granular.law.restitution,
-            granular.friction,
-        )
-        self._control[sweeping.ENOUGH] = ENOUGH
-        self._counts[sweeping.MOST_SWEEPS] = MOST_SWEEPS
-        self._order = np.argsort(self.balls[:, kernel.CENTRE]).astype(np.int64)
-        self._places = np.zeros((len(self.balls), 3))
-        self._groups, self._sums = np.zeros((count, 2), dtype=np.int64), np.zeros((count, sweeping.SUMS))
-        self._make_room(ROOM * len(self.balls) + 16)
+            walls.append(filled(scene.Wall, p=end.point, A=end.axes, shape=shape.listed))
+        starts = np.cumsum([0, *map(len, walls)])[:-1].astype(np.int64)
+        shapes = np.concatenate(walls or [np.zeros(0)])
+        self.balls = np.array(balls)
+        self._given = scene.Loose(np.array(bodies), self.balls, starts, shapes, granular.left_out)
+        self._memory = allocate(scene.Control)
+        self._control = scene.Control(*self._memory)
+        self._control.gravity, self._control.enough = Vector(*model.gravity), ENOUGH
+        self._control.restitution, self._control.friction = granular.law.restitution, granular.friction
+        self._control.most_sweeps = MOST_SWEEPS
+        self._order = np.argsort(self.balls[:, column(scene.Ball, "centre")]).astype(np.int64)
+        self._kept, self._keys = np.zeros((0, 3)), np.zeros(1, dtype=np.int64)
+        self._groups = scene.rows_of(scene.Group, len(bodies))
+        self._make_room(ROOM * len(balls) + 16)
 
     def _make_room(self, most: int) -> None:
-        kept = getattr(self, "_kept", np.zeros((0, 3)))
-        keys = getattr(self, "_keys", np.zeros(1, dtype=np.int64))
-        self._contacts = np.zeros((most, sweeping.CONTACT_SIZE))
-        self._pairs = np.zeros((most, sweeping.PAIR_SIZE), dtype=np.int64)
+        kept, keys = self._kept, self._keys
+        self._contacts = scene.rows_of(scene.Contact, most)
         self._slots = np.full(1 << int(2 * most).bit_length(), -1, dtype=np.int64)
         self._kept, self._keys = np.zeros((most, 3)), np.zeros(most + 1, dtype=np.int64)
         self._kept[: len(kept)] = kept
@@ -106,22 +99,22 @@ class GranularSteps:
     @property
     def sweeps(self) -> int:
         """Over the contacts, of all steps."""
-        return int(self._counts[sweeping.SWEEPS])
+        return self._control.sweeps
 
     @property
     def contacts(self) -> int:
         """Contacts of all steps together."""
-        return int(self._counts[sweeping.TOUCHED])
+        return self._control.touched
 
     @property
     def lowered(self) -> int:
         """How many groups of bodies have had their restitution lowered, of all steps together."""
-        return int(self._counts[sweeping.LOWERED])
+        return self._control.lowered
 
     @property
     def friction(self) -> float:
         """Its coefficient."""
-        return float(self._control[sweeping.FRICTION])
+        return float(self._control.friction)
 
     @property
     def impulses(self) -> np.ndarray:
@@ -131,18 +124,18 @@ class GranularSteps:
     @property
     def smallest(self) -> float:
         """Radius of the smallest ball, m; infinite where points are among them, which are never within."""
-        least = float(self.balls[:, kernel.RADIUS].min())
+        least = float(self.balls[:, column(scene.Ball, "radius")].min())
         return least if least > 0.0 else np.inf
 
     @property
     def deepest(self) -> float:
         """Deepest contact so far, m."""
-        return float(self._control[sweeping.DEEPEST])
+        return float(self._control.deepest)
 
     @property
     def residual(self) -> float:
         """Largest change of speeds at which sweeps ended, of the largest speed."""
-        return float(self._control[sweeping.RESIDUAL])
+        return float(self._control.residual)
 
     def forget(self) -> None:
         """Begin without impulses of a step before."""
@@ -152,8 +145,8 @@ class GranularSteps:
         """Return copies of what the next step depends on."""
         n = int(self._keys[-1])
         return {
-            "control": self._control.copy(),
-            "counts": self._counts.copy(),
+            "control": self._memory[1].copy(),
+            "counts": self._memory[0].copy(),
             "order": self._order.copy(),
             "kept": self._kept[:n].copy(),
             "keys": self._keys[:n].copy(),
@@ -164,40 +157,23 @@ class GranularSteps:
         n = len(memory["keys"])
         if n > len(self._kept):
             self._make_room(n)
-        self._control[:], self._counts[:], self._order[:] = memory["control"], memory["counts"], memory["order"]
+        self._memory[0][:], self._memory[1][:], self._order[:] = memory["counts"], memory["control"], memory["order"]
         self._kept[:n], self._keys[:n], self._keys[-1] = memory["kept"], memory["keys"], n
 
     def go_on(self, y: np.ndarray, h: float, steps: int) -> np.ndarray:
         """Return the state (q, u, z, energy dissipated, work) after some steps of h (s)."""
-        after, count = y.copy(), len(self.bodies)
+        after, count = y.copy(), len(self._given.bodies)
         q, u = after[: 7 * count].reshape(-1, 7).copy(), after[7 * count : 13 * count].reshape(-1, 6).copy()
-        self._control[sweeping.STEP], self._control[sweeping.TAKEN] = h, 0.0
-        self._counts[sweeping.STEPS] = steps
-        while (
-            kernel.march_granular(
-                self._counts,
-                self._control,
-                self.bodies,
-                self.balls,
-                self.walls,
-                self.shapes,
-                self._out,
-                q,
-                u,
-                self._order,
-                self._places,
-                self._contacts,
-                self._pairs,
-                self._slots,
-                self._kept,
-                self._keys,
-                self._groups,
-                self._sums,
-            )
-            == kernel.TOO_MANY
-        ):
+        control, balls = self._control, len(self.balls)
+        control.step, control.taken, control.steps = h, 0.0, steps
+        room = np.zeros(balls), np.zeros((balls, 3))
+        while True:
+            kept = self._slots, self._keys, self._kept
+            memory = scene.Steps(*self._memory, q, u, self._order, *room, *self._contacts, *kept, *self._groups)
+            if march_granular(self._given, memory) == DONE:
+                break
             self._make_room(2 * len(self._kept))
         after[: 7 * count], after[7 * count : 13 * count] = q.ravel(), u.ravel()
-        after[13 * count : 13 * count + 3] = self._counts[sweeping.TOUCHING], self.residual, self.deepest
-        after[-QUADRATURES] += self._control[sweeping.TAKEN]
+        after[13 * count : 13 * count + 3] = control.touching, self.residual, self.deepest
+        after[-QUADRATURES] += control.taken
         return after

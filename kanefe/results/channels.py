@@ -351,9 +351,10 @@ def output_function(load: Load, quantity: str) -> tuple[OutputFunction, int] | N
         return None if kernel.tell is None else (kernel.tell, len(load.columns))
     if not is_contact(load.columns):
         return None
+    from kanefe.kernels.contact.contact_outputs import contact_point_outputs
     from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 
-    return load.functions.point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
+    return contact_point_outputs, POINT_OUTPUTS * len(load.probes)  # type: ignore[attr-defined]
 
 
 def _coupled(model: Model, constraint: Constraint) -> tuple[str, ...]:

@@ -9,8 +9,9 @@ import kanefe as kf
 from kanefe import shapes
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.auto.suited_method import candidates
-from kanefe.kernels.contact.contact_boxes import EDGES, SLOTS, box_slot, boxes_meet
-from kanefe.kernels.force_elements.places import END_NUMBERS
+from kanefe.kernels.contact.contact_boxes import EDGES, SLOTS, HalfBox, box_slot, boxes_meet
+from kanefe.kernels.force_elements.places import Ends
+from kanefe.kernels.values.tensors import Vector
 from kanefe.loads.action import End
 
 LAW = kf.HuntCrossley(2e4, damping=0.4)
@@ -26,15 +27,16 @@ class BoxPair:
 
     def __init__(self, surface: End, other, end: End, own):
         numbers = [x for one in (surface, end) for x in (*one.p, *one.A.ravel(), *one.v, *one.w)]
-        self._given = numbers, END_NUMBERS, tuple(own), tuple(other)
-        self._met = boxes_meet(*self._given)
-        self.normal, self.overlap = np.array(self._met[:3]), self._met[3]
-        self.edges = self._met[4:] if self._met[4] >= 0 else None
+        ends = Ends(numbers)
+        self._boxes = HalfBox(ends[1], Vector(*own)), HalfBox(ends[0], Vector(*other))
+        self._met = boxes_meet(*self._boxes)
+        self.normal, self.overlap = np.array(self._met.normal.numbers), self._met.overlap
+        self.edges = (self._met.first, self._met.second) if self._met.first >= 0 else None
 
     def slot(self, i: int):
         """Return depth and place of a slot."""
-        depth, *point = box_slot(self._met, i, *self._given)
-        return depth, np.array(point)
+        depth, point = box_slot(self._met, i, *self._boxes)
+        return depth, np.array(point.numbers)
 
 
 def pair(size=(0.4, 0.5, 0.6), other=(1.0, 0.8, 0.5), swapped: bool = False, friction=None) -> kf.System:

@@ -11,7 +11,9 @@ import numpy as np
 from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.kernels.contact import contact_shapes as kernels
 from kanefe.kernels.contact.contact_shapes import NARROW, cell_of, foot_on_heights, weight_of
+from kanefe.kernels.values.tensors import Vector as Numbers
 from kanefe.loads.reach import Bounds
 
 OVERSHOOT = 9.0 / 32.0
@@ -79,13 +81,13 @@ class HeightField(SurfaceShape):
     def curvature(self, x: Vector) -> Matrix:
         """Return the derivatives of the normal, 1/m: of the surface ``P B P / |(-h', 1)|``, farther out less."""
         place = np.asarray(x, dtype=float)
-        a, b, height, *slopes, xx, xy, yy = foot_on_heights(self.listed, 1, place.tolist())
-        foot, gradient = np.array((a, b, height)), np.array(slopes)
+        ground = foot_on_heights(kernels.HeightField(self.listed), Numbers(*place.tolist()))
+        foot, gradient = np.array(ground.place.numbers), np.array((ground.slope_x, ground.slope_y))
         length = math.sqrt(1.0 + gradient @ gradient)
         normal = np.append(-gradient, 1.0) / length
         across = np.eye(3) - np.outer(normal, normal)
         bent = np.zeros((3, 3))
-        bent[:2, :2] = np.array(((xx, xy), (xy, yy))) / -length
+        bent[:2, :2] = np.array(((ground.xx, ground.xy), (ground.xy, ground.yy))) / -length
         S = across @ bent @ across
         outwards = np.eye(3) + float(normal @ (place - foot)) * S
         if np.linalg.det(outwards) < NARROW:  # over a valley in which no ball lies from here

@@ -11,6 +11,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import AXES, Matrix, Vector
 from kanefe.kernels.contact.contact_shapes import distance
+from kanefe.kernels.values.tensors import Vector as Numbers
 from kanefe.loads.reach import Bounds
 
 
@@ -62,8 +63,8 @@ class SurfaceShape(ABC):
 
     def distance(self, x: Vector) -> tuple[float, Vector]:
         """Return the signed distance of a point x (3,) from the surface, m, and its normal there, away from it."""
-        phi, *normal = distance(self.listed, 0, np.asarray(x, dtype=float).tolist())
-        return float(phi), np.array(normal)
+        found = distance(self.listed, 0, Numbers(*np.asarray(x, dtype=float).tolist()))
+        return float(found.gap), np.array(found.normal.numbers)
 
     @cached_property
     def listed(self) -> list[float]:

@@ -22,14 +22,20 @@ def sort_by(keys: np.ndarray, order: np.ndarray, count: int) -> None:
     while 9 * gap < 4 * count:
         gap = (9 * gap) // 4 + 1
     while gap > 0:
-        for i in range(gap, count):
-            moved = order[i]
-            key, j = keys[int(moved.real)].real, i
-            while j >= gap and keys[int(order[j - gap].real)].real > key:
-                order[j] = order[j - gap]
-                j -= gap
-            order[j] = moved
+        sift(keys, order, count, gap)
         gap = 0 if gap == 1 else max(1, (4 * gap) // 9)
+
+
+@kernel
+def sift(keys: np.ndarray, order: np.ndarray, count: int, gap: int) -> None:
+    """Bring things that are so far apart in the order into the order of their keys; 1: all of them."""
+    for i in range(gap, count):
+        moved = order[i]
+        key, j = keys[int(moved.real)].real, i
+        while j >= gap and keys[int(order[j - gap].real)].real > key:
+            order[j] = order[j - gap]
+            j -= gap
+        order[j] = moved
 
 
 @kernel

@@ -7,13 +7,14 @@ where their edges cross: corners of the polygon that they share. Each is a slot,
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
-import numpy as np
-
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, three, times
+from kanefe.kernels.algebra.lengths import norm
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.force_elements.places import A, P
+from kanefe.kernels.force_elements.places import A
+from kanefe.kernels.values.records import numbers_from
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
 OWN_CORNERS, OTHER_CORNERS, CROSSINGS, EDGES, SLOTS = 0, 4, 8, 16, 17
 """First slots: corners of the touching box, corners of the touched box, crossings of the edges of their faces, and
@@ -28,167 +29,185 @@ PREFERRED = 1e-6
 ON_EDGE = 1e-6
 """Distance relative to the size of the boxes within which a corner outside a face counts as over the face."""
 
+HalfBox = namedtuple("HalfBox", "end half")
+"""A box at an end: half its sizes, m."""
+
+BoxesMet = namedtuple("BoxesMet", "normal overlap first second")
+"""How boxes meet: normal, overlap, and the axes of the edges that cross (-1: a face leads)."""
+
+Face = namedtuple("Face", "axis side")
+"""A face of a box: its axis, and on which side it is."""
+
 
 @kernel
-def boxes_meet(ends: Any, end: int, own: Numbers, other: Numbers) -> Any:
-    """Return normal, overlap, and the axes of the edges that cross (-1: a face leads) of two boxes of half sizes."""
-    between = minus(three(ends, end + P), three(ends, P))
-    size = own[0] + own[1] + own[2] + other[0] + other[1] + other[2]
-    n = column(ends, 0, 0)
-    overlap, first, second, is_first = 0.0 * n[0], -1, -1, True
+def boxes_meet(own: HalfBox, other: HalfBox) -> BoxesMet:
+    """Return how two boxes meet."""
+    between = own.end.p - other.end.p
+    size = size_of(own) + size_of(other)
+    n = axis_of(other, 0)
+    overlap, first, second, is_first = 0.0 * n.x, -1, -1, True
     for k in range(6):
-        axis = column(ends, 0 if k < 3 else end, k % 3)
-        found = overlap_along(axis, between, ends, end, own, other)
+        axis = axis_of(other if k < 3 else own, k % 3)
+        found = overlap_along(axis, between, own, other)
         if is_first or found.real < overlap.real:
             n, overlap, is_first = axis, found, False
     least = overlap.real - PREFERRED * size
     for i in range(3):
         for j in range(3):
-            axis = cross(column(ends, end, i), column(ends, 0, j))
-            length = np.sqrt(dot(axis, axis))
+            axis = cross(axis_of(own, i), axis_of(other, j))
+            length = norm(axis)
             if length.real > PARALLEL:
-                axis = times(1.0 / length, axis)
-                found = overlap_along(axis, between, ends, end, own, other)
+                axis = (1.0 / length) * axis
+                found = overlap_along(axis, between, own, other)
                 if found.real < least:
                     n, overlap, first, second, least = axis, found, i, j, found.real
     if dot(n, between).real < 0.0:
-        n = times(-1.0, n)
-    return n[0], n[1], n[2], overlap, first, second
+        n = -n
+    return BoxesMet(n, overlap, first, second)
 
 
 @inlined
-def column(ends: Any, end: int, i: int) -> Numbers:
-    """Return an axis of an end."""
-    return ends[end + A + i], ends[end + A + 3 + i], ends[end + A + 6 + i]
+def axis_of(box: HalfBox, i: int) -> Vector:
+    """Return an axis of a box."""
+    numbers = numbers_from(box.end)
+    return Vector(numbers[A + i], numbers[A + 3 + i], numbers[A + 6 + i])
 
 
 @inlined
-def size_of(x: Any) -> Any:
+def half_of(box: HalfBox, i: int) -> float:
+    """Return half of its size along an axis."""
+    return box.half.x if i == 0 else box.half.y if i == 1 else box.half.z  # type: ignore[no-any-return]
+
+
+@inlined
+def size_of(box: HalfBox) -> float:
+    """Return the sum of half its sizes."""
+    return box.half.x + box.half.y + box.half.z  # type: ignore[no-any-return]
+
+
+@inlined
+def without_sign(x: Any) -> Any:
     """Return the size of a number, whose derivative is that of its sign."""
     return -x if x.real < 0.0 else x
 
 
 @inlined
-def overlap_along(axis: Numbers, between: Numbers, ends: Any, end: int, own: Numbers, other: Numbers) -> Any:
+def overlap_along(axis: Vector, between: Vector, own: HalfBox, other: HalfBox) -> Any:
     """Return how far two boxes overlap along an axis."""
-    reach = -size_of(dot(axis, between))
+    reach = -without_sign(dot(axis, between))
     for i in range(3):
-        reach += pick(other, i) * size_of(dot(axis, column(ends, 0, i)))
-        reach += pick(own, i) * size_of(dot(axis, column(ends, end, i)))
+        reach += half_of(other, i) * without_sign(dot(axis, axis_of(other, i)))
+        reach += half_of(own, i) * without_sign(dot(axis, axis_of(own, i)))
     return reach
 
 
-@inlined
-def pick(x: Numbers, i: int) -> Any:
-    """Return one of three numbers."""
-    return x[0] if i == 0 else x[1] if i == 1 else x[2]
+@kernel
+def box_slot(met: BoxesMet, slot: int, own: HalfBox, other: HalfBox) -> tuple[Any, Vector]:
+    """Return depth and place in N of a slot."""
+    n = met.normal
+    if met.first >= 0 or slot == EDGES:
+        if met.first < 0 or slot != EDGES:
+            return -without_sign(met.overlap), own.end.p
+        p, q = on_edge(own, met.first, n, -1.0), on_edge(other, met.second, n, 1.0)
+        a, b, d = axis_of(own, met.first), axis_of(other, met.second), q - p
+        c = dot(a, b)
+        return met.overlap, p + ((dot(d, a) - c * dot(d, b)) / (1.0 - c * c)) * a
+    margin = ON_EDGE * (size_of(own) + size_of(other))
+    of_own, of_other = face_along(own, -n), face_along(other, n)
+    if slot < OTHER_CORNERS:
+        p = corner(own, of_own, slot)
+        return over(p, other, of_other, n, margin), p
+    if slot < CROSSINGS:
+        p = corner(other, of_other, slot - OTHER_CORNERS)
+        return over(p, own, of_own, -n, margin), p
+    side = (slot - CROSSINGS) // 2
+    edge = corner(own, of_own, side), corner(own, of_own, (side + 1) % 4)
+    return crossing((slot - CROSSINGS) % 2, edge, other, of_other, n, margin)
 
 
 @kernel
-def box_slot(met: Numbers, slot: int, ends: Any, end: int, own: Numbers, other: Numbers) -> Any:
-    """Return depth and place in N of a slot."""
-    n, overlap, first, second = (met[0], met[1], met[2]), met[3], met[4], met[5]
-    p = three(ends, end + P)
-    if first >= 0 or slot == EDGES:
-        if first < 0 or slot != EDGES:
-            return -size_of(overlap), p[0], p[1], p[2]
-        p, q = on_edge(ends, end, own, first, n, -1.0), on_edge(ends, 0, other, second, n, 1.0)
-        a, b, d = column(ends, end, first), column(ends, 0, second), minus(q, p)
-        c = dot(a, b)
-        p = plus(p, times((dot(d, a) - c * dot(d, b)) / (1.0 - c * c), a))
-        return overlap, p[0], p[1], p[2]
-    margin = ON_EDGE * (own[0] + own[1] + own[2] + other[0] + other[1] + other[2])
-    back = times(-1.0, n)
-    of_own, of_other = face_along(ends, end, back), face_along(ends, 0, n)
-    if slot < OTHER_CORNERS:
-        p = corner(ends, end, own, of_own, slot)
-        return over(p, ends, 0, other, of_other, n, margin), p[0], p[1], p[2]
-    if slot < CROSSINGS:
-        p = corner(ends, 0, other, of_other, slot - OTHER_CORNERS)
-        return over(p, ends, end, own, of_own, back, margin), p[0], p[1], p[2]
-    side, is_end = (slot - CROSSINGS) // 2, (slot - CROSSINGS) % 2
-    start, stop = corner(ends, end, own, of_own, side), corner(ends, end, own, of_own, (side + 1) % 4)
-    depth, change = below(start, ends, 0, other, of_other, n), below(stop, ends, 0, other, of_other, n)
-    one, two = plus(start, times(depth, n)), plus(stop, times(change, n))
+def crossing(
+    is_end: int, edge: tuple[Vector, Vector], box: HalfBox, face: Face, n: Vector, margin: float
+) -> tuple[Any, Vector]:
+    """Return depth and place of where an edge comes over a face, or leaves it."""
+    start, stop = edge
+    depth, change = below(start, box, face, n), below(stop, box, face, n)
+    one, two = start + depth * n, stop + change * n
     change -= depth
     low, high = 0.0 * depth, 0.0 * depth + 1.0
-    for along in range(2):
-        axis, half = (of_other[0] + 1 + along) % 3, pick(other, (of_other[0] + 1 + along) % 3)
-        x = dot(column(ends, 0, axis), minus(one, three(ends, P)))
-        way = dot(column(ends, 0, axis), minus(two, one))
+    for i in range(2):
+        k = (face.axis + 1 + i) % 3
+        axis, half = axis_of(box, k), half_of(box, k)
+        x, way = dot(axis, one - box.end.p), dot(axis, two - one)
         if abs(way.real) <= margin:
             if abs(x.real) > half + margin:
-                return -size_of(size_of(x) - half), start[0], start[1], start[2]
+                return -without_sign(without_sign(x) - half), start
         else:
             enters, leaves = (-half - x) / way, (half - x) / way
             if enters.real > leaves.real:
                 enters, leaves = leaves, enters
             low = enters if enters.real > low.real else low
             high = leaves if leaves.real < high.real else high
-    offset = minus(stop, start)
-    length, share = np.sqrt(dot(offset, offset)), high if is_end else low
+    offset = stop - start
+    length, share = norm(offset), high if is_end else low
     away = ((1.0 - share) if is_end else share) * length - margin
     short = (high - low) * length - margin
     away = short if short.real < away.real else away
     depth += share * change
-    p = plus(start, times(share, offset))
-    if away.real <= 0.0 and away.real < depth.real:
-        depth = away
-    return depth, p[0], p[1], p[2]
+    return away if away.real <= 0.0 and away.real < depth.real else depth, start + share * offset
 
 
 @inlined
-def on_edge(ends: Any, end: int, half: Numbers, along: int, n: Numbers, sign: float) -> Numbers:
+def on_edge(box: HalfBox, along: int, n: Vector, sign: float) -> Vector:
     """Return the middle of the edge of a box, along one of its axes, that lies furthest along n, or against it."""
-    p = three(ends, end + P)
+    p = box.end.p
     for i in range(3):
         if i != along:
-            axis = column(ends, end, i)
-            towards = sign if dot(axis, n).real >= 0.0 else -sign
-            p = plus(p, times(towards * pick(half, i), axis))
+            axis = axis_of(box, i)
+            p += (half_of(box, i) * (sign if dot(axis, n).real >= 0.0 else -sign)) * axis
     return p
 
 
 @inlined
-def face_along(ends: Any, end: int, direction: Numbers) -> tuple[int, float]:
-    """Return axis and side of the face of a box that looks most along a direction."""
+def face_along(box: HalfBox, direction: Vector) -> Face:
+    """Return the face of a box that looks most along a direction."""
     best, axis, side = -1.0, 0, 1.0
     for i in range(3):
-        share = dot(column(ends, end, i), direction).real
+        share = dot(axis_of(box, i), direction).real
         if abs(share) > best:
             best, axis, side = abs(share), i, 1.0 if share >= 0.0 else -1.0
-    return axis, side
+    return Face(axis, side)
 
 
 @inlined
-def middle_of(ends: Any, end: int, half: Numbers, face: tuple[int, float]) -> Numbers:
+def middle_of(box: HalfBox, face: Face) -> Vector:
     """Return the middle of a face."""
-    return plus(three(ends, end + P), times(face[1] * pick(half, face[0]), column(ends, end, face[0])))
+    return box.end.p + (face.side * half_of(box, face.axis)) * axis_of(box, face.axis)
 
 
 @inlined
-def corner(ends: Any, end: int, half: Numbers, face: tuple[int, float], i: int) -> Numbers:
+def corner(box: HalfBox, face: Face, i: int) -> Vector:
     """Return a corner of a face, round it."""
-    first, second = (face[0] + 1) % 3, (face[0] + 2) % 3
+    first, second = (face.axis + 1) % 3, (face.axis + 2) % 3
     x, y = (1.0 if i in (1, 2) else -1.0), (1.0 if i > 1 else -1.0)
-    p = plus(middle_of(ends, end, half, face), times(x * pick(half, first), column(ends, end, first)))
-    return plus(p, times(y * pick(half, second), column(ends, end, second)))
+    p = middle_of(box, face) + (x * half_of(box, first)) * axis_of(box, first)
+    return p + (y * half_of(box, second)) * axis_of(box, second)
 
 
 @inlined
-def below(p: Numbers, ends: Any, end: int, half: Numbers, face: tuple[int, float], n: Numbers) -> Any:
+def below(p: Vector, box: HalfBox, face: Face, n: Vector) -> Any:
     """Return how far below a face a place is, along n."""
-    normal = column(ends, end, face[0])
-    return dot(normal, minus(middle_of(ends, end, half, face), p)) / dot(normal, n)
+    normal = axis_of(box, face.axis)
+    return dot(normal, middle_of(box, face) - p) / dot(normal, n)
 
 
 @inlined
-def over(p: Numbers, ends: Any, end: int, half: Numbers, face: tuple[int, float], n: Numbers, margin: float) -> Any:
+def over(p: Vector, box: HalfBox, face: Face, n: Vector, margin: float) -> Any:
     """Return how far below a face a place is, along n; of a place beside the face how far beside, below 0."""
-    depth = below(p, ends, end, half, face, n)
-    offset = minus(plus(p, times(depth, n)), three(ends, end + P))
-    first, second = (face[0] + 1) % 3, (face[0] + 2) % 3
-    x = pick(half, first) - size_of(dot(column(ends, end, first), offset)) + margin
-    y = pick(half, second) - size_of(dot(column(ends, end, second), offset)) + margin
+    depth = below(p, box, face, n)
+    offset = p + depth * n - box.end.p
+    first, second = (face.axis + 1) % 3, (face.axis + 2) % 3
+    x = half_of(box, first) - without_sign(dot(axis_of(box, first), offset)) + margin
+    y = half_of(box, second) - without_sign(dot(axis_of(box, second), offset)) + margin
     beside = y if y.real < x.real else x
     return beside if beside.real < 0.0 and beside.real < depth.real else depth

@@ -2,96 +2,137 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections import namedtuple
+from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, three, times
+from kanefe.kernels.algebra.lengths import norm, unit
 from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.values.records import Behind, Columns, Record, Rows
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
-# Numbers of a node: lower and upper corner, the node behind all that is in it, its triangles
-LOWER, UPPER, BEHIND, FIRST, COUNT = 0, 3, 6, 7, 8
-NODE = 9
-# Of a triangle: a vertex, two sides, and the normals of itself, its edges and its vertices
-NORMALS = 9
-TRIANGLE = 30
+
+class Mesh(Record):
+    """Numbers of a mesh: its kind, how many nodes its tree has, these, and its triangles."""
+
+    kind: float
+    count: float
+    nodes: Annotated[Any, Behind()]
+
+
+class Node(Record):
+    """A box of the tree: its corners, the node behind all that is in it, the first of its triangles and how many."""
+
+    lower: Vector
+    upper: Vector
+    behind: float
+    first: float
+    count: float
+
+
+class Triangle(Record):
+    """A triangle: a vertex, two sides, its normal, and those of its edges and of its vertices."""
+
+    a: Vector
+    ab: Vector
+    ac: Vector
+    normal: Vector
+    others: Annotated[Any, Columns(18)]
+
+
+NODE, TRIANGLE = Node.number_count, Triangle.number_count
+
+
+class Direction(Record):
+    """A unit vector."""
+
+    n: Vector
+
+
+Away = namedtuple("Away", "gap normal")
+"""The signed distance of a place from a surface, m, and the normal."""
+
+
+Nodes = Rows[Node]
+Directions = Rows[Direction]
+
+
+@inlined
+def triangle_of(mesh: Mesh, i: int) -> Triangle:
+    """Return a triangle of a mesh."""
+    return Triangle(mesh.nodes, NODE * int(mesh.count) + TRIANGLE * i)
 
 
 @kernel
-def mesh_distance(numbers: Any, own: int, x: Numbers) -> Any:
-    """Return the signed distance of a point from a mesh and the three components of the normal."""
-    zero = 0.0 * x[0]
-    place = (x[0].real, x[1].real, x[2].real)
-    triangle, feature = nearest_triangle(numbers, own, place)
-    a, normal = three(numbers, triangle), three(numbers, triangle + NORMALS + 3 * feature)
+def mesh_distance(mesh: Mesh, x: Vector) -> Away:
+    """Return the signed distance of a point from a mesh, and the normal."""
+    none = 0.0 * x
+    i, feature = nearest_triangle(mesh, Vector(x.x.real, x.y.real, x.z.real))
+    triangle = triangle_of(mesh, i)
+    a, normal = triangle.a, triangle.normal
     if feature == 0:
-        return dot(normal, minus(x, a)), normal[0] + zero, normal[1] + zero, normal[2] + zero
-    b, c = plus(a, three(numbers, triangle + 3)), plus(a, three(numbers, triangle + 6))
+        return Away(dot(normal, x - a), normal + none)
+    normal = Directions(triangle.others)[feature - 1].n
+    b, c = a + triangle.ab, a + triangle.ac
     start = a if feature in (1, 4) else b if feature in (2, 5) else c
-    offset = minus(x, start)
+    offset = x - start
     if feature < 4:
-        side = minus(b if feature == 1 else c if feature == 2 else a, start)
-        offset = minus(offset, times(dot(offset, side) / dot(side, side), side))
-    length = np.sqrt(dot(offset, offset))
+        side = (b if feature == 1 else c if feature == 2 else a) - start
+        offset -= (dot(offset, side) / dot(side, side)) * side
+    length = norm(offset)
     if length.real == 0.0:
-        size = np.sqrt(dot(normal, normal))
-        return zero, normal[0] / size + zero, normal[1] / size + zero, normal[2] / size + zero
+        return Away(0.0 * length, unit(normal) + none)
     sign = 1.0 if dot(normal, offset).real >= 0.0 else -1.0
-    return sign * length, sign * offset[0] / length, sign * offset[1] / length, sign * offset[2] / length
+    return Away(sign * length, (sign / length) * offset)
 
 
 @kernel
-def nearest_triangle(numbers: Any, own: int, x: Numbers) -> tuple[int, int]:
-    """Return where the triangle nearest to a point begins, and where on it: 0 within, 1 to 3 edges, 4 to 6 vertices."""
-    count, nodes = int(numbers[own]), own + 1
-    triangles = nodes + NODE * count
-    best, found, feature = np.inf, triangles, 0
-    node = first_leaf(numbers, nodes, x)  # a first bound, from the leaf that the nearest boxes lead to
+def nearest_triangle(mesh: Mesh, x: Vector) -> tuple[int, int]:
+    """Return the triangle nearest to a point, and where on it: 0 within, 1 to 3 edges, 4 to 6 vertices."""
+    nodes, count = Nodes(mesh.nodes), int(mesh.count)
+    best, found, feature = np.inf, 0, 0
+    i = first_leaf(nodes, x)  # a first bound, from the leaf that the nearest boxes lead to
     is_first = True
-    while node < count or is_first:
-        at = nodes + NODE * node
-        if is_first or square_to_box(numbers, at, x) < best:
-            for i in range(int(numbers[at + COUNT])):
-                triangle = triangles + TRIANGLE * (int(numbers[at + FIRST]) + i)
-                square, where = on_triangle(numbers, triangle, x)
+    while i < count or is_first:
+        node = nodes[i]
+        if is_first or square_to_box(node, x) < best:
+            for triangle in range(int(node.first), int(node.first) + int(node.count)):
+                square, where = on_triangle(triangle_of(mesh, triangle), x)
                 if square < best:
                     best, found, feature = square, triangle, where
-            node = node + 1
+            i += 1
         else:
-            node = int(numbers[at + BEHIND])
+            i = int(node.behind)
         if is_first:
-            node, is_first = 0, False
+            i, is_first = 0, False
     return found, feature
 
 
 @inlined
-def first_leaf(numbers: Any, nodes: int, x: Numbers) -> int:
+def first_leaf(nodes: Nodes, x: Vector) -> int:
     """Return a leaf of the tree: of two boxes always that which is nearer."""
-    node = 0
-    while numbers[nodes + NODE * node + COUNT] == 0.0:
-        one = node + 1
-        other = int(numbers[nodes + NODE * one + BEHIND])
-        is_nearer = square_to_box(numbers, nodes + NODE * other, x) < square_to_box(numbers, nodes + NODE * one, x)
-        node = other if is_nearer else one
-    return node
+    i = 0
+    while nodes[i].count == 0.0:
+        one, other = i + 1, int(nodes[i + 1].behind)
+        i = other if square_to_box(nodes[other], x) < square_to_box(nodes[one], x) else one
+    return i
 
 
 @inlined
-def square_to_box(numbers: Any, at: int, x: Numbers) -> float:
+def square_to_box(node: Node, x: Vector) -> float:
     """Return the square of the distance of a point from the box of a node."""
-    square = 0.0
-    for c in range(3):
-        over = max(numbers[at + LOWER + c] - x[c], x[c] - numbers[at + UPPER + c], 0.0)
-        square += over * over
-    return square
+    below, above = node.lower - x, x - node.upper
+    over = Vector(max(below.x, above.x, 0.0), max(below.y, above.y, 0.0), max(below.z, above.z, 0.0))
+    return dot(over, over)  # type: ignore[no-any-return]
 
 
 @inlined
-def on_triangle(numbers: Any, at: int, x: Numbers) -> tuple[float, int]:
+def on_triangle(triangle: Triangle, x: Vector) -> tuple[float, int]:
     """Return the square of the distance of a point from a triangle, and where on it the nearest place is."""
-    ab, ac, normal = three(numbers, at + 3), three(numbers, at + 6), three(numbers, at + NORMALS)
-    from_a = minus(x, three(numbers, at))
-    from_b, from_c, bc = minus(from_a, ab), minus(from_a, ac), minus(ac, ab)
+    ab, ac, normal = triangle.ab, triangle.ac, triangle.normal
+    from_a = x - triangle.a
+    from_b, from_c, bc = from_a - ab, from_a - ac, ac - ab
     if (
         dot(cross(ab, from_a), normal) >= 0.0
         and dot(cross(bc, from_b), normal) >= 0.0
@@ -101,20 +142,16 @@ def on_triangle(numbers: Any, at: int, x: Numbers) -> tuple[float, int]:
         return height * height, 0
     first, f1 = on_edge(from_a, ab, 1, 4, 5)
     second, f2 = on_edge(from_b, bc, 2, 5, 6)
-    third, f3 = on_edge(from_c, (-ac[0], -ac[1], -ac[2]), 3, 6, 4)
+    third, f3 = on_edge(from_c, -ac, 3, 6, 4)
     if first <= second and first <= third:
         return first, f1
     return (second, f2) if second <= third else (third, f3)
 
 
 @inlined
-def on_edge(offset: Numbers, side: Numbers, edge: int, start: int, end: int) -> tuple[float, int]:
+def on_edge(offset: Vector, side: Vector, edge: int, start: int, end: int) -> tuple[float, int]:
     """Return the same of an edge, from whose start the point has an offset."""
     s = dot(offset, side) / dot(side, side)
-    if s <= 0.0:
-        return dot(offset, offset), start
-    if s >= 1.0:
-        rest = minus(offset, side)
-        return dot(rest, rest), end
-    rest = minus(offset, times(s, side))
-    return dot(rest, rest), edge
+    where = start if s <= 0.0 else end if s >= 1.0 else edge
+    rest = offset - min(max(s, 0.0), 1.0) * side
+    return dot(rest, rest), where

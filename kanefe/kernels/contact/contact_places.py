@@ -1,24 +1,42 @@
-"""Where the numbers and internal states of a contact are: see `kanefe.contact.contact_data`."""
+"""What a contact is given in numbers, and where its internal states are: see `kanefe.contact.contact_data`."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from enum import IntEnum
+from typing import Annotated, Any
 
-from kanefe.kernels.force_elements.blocks import places
+import numpy as np
+
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.force_elements.places import End, Ends
+from kanefe.kernels.values.records import Behind, Record, Rows
+from kanefe.kernels.values.tensors import Matrix, Vector
 
 
-class ContactNumbers(NamedTuple):
+class Kind(IntEnum):
+    """By what is known where the points of a contact are: each by itself, as slots, by shares, or on a patch."""
+
+    POINTS = 0
+    BOXES = 1
+    HULL = 2
+    CONVEX = 3
+
+
+class ContactNumbers(Record):
     """Numbers of a contact; those of its points follow, then those of a rest, of the shape and of the laws.
 
     Attributes
     ----------
-    points, ends : float
-        How many there are.
+    kind : float
+        See `Kind`.
+    count, ends : float
+        How many points and ends there are.
     shape, rests_at : float
         Where the shape begins; where the rest does that it is looked at about, 0: none.
     softness : float
         m: see `kanefe.contact.rest.Rest`.
-    belt : ndarray, shape (3,)
+    belt : Vector
         Velocity of the surface in its own axes, m/s.
     reports_points : float
         Whether events of each point are looked for.
@@ -42,14 +60,17 @@ class ContactNumbers(NamedTuple):
         Where the states of the points begin, and how many one has.
     faces : float
         Where the faces at the corners of a hull begin; 0: none.
+    points : list
+        `ContactPoints`.
     """
 
-    points: float
+    kind: float
+    count: float
     ends: float
     shape: float
     rests_at: float
     softness: float
-    belt: Any
+    belt: Vector
     reports_points: float
     normal: float
     normal_at: float
@@ -68,29 +89,78 @@ class ContactNumbers(NamedTuple):
     first: float
     each: float
     faces: float
+    points: Annotated[Any, Behind()]
 
 
-AT = places(ContactNumbers, belt=3)
-POINTS = AT.faces + 1
-
-
-class PointNumbers(NamedTuple):
+class PointNumbers(Record):
     """Numbers of a contact point, see `kanefe.contact.geometry.shape.Probe`, with that of its end first."""
 
     end: float
-    point: Any
+    point: Vector
     radius: float
     share: float
     ring: float
-    axis: Any
+    axis: Vector
 
 
-OF_POINT = places(PointNumbers, point=3)
-POINT_NUMBERS = OF_POINT.axis + 3
+ContactPoints = Rows[PointNumbers]
 
-REST_NUMBERS, TURNED = 15, 6
-"""Number of values of a point at rest: its contact positions on both sides, and index of its rotation there."""
 
-SLIP, WORK = range(2)
-"""Indices of the internal states of friction: the slid path and its work; those of an impact and of the points follow.
-"""
+class RestNumbers(Record):
+    """A point at rest: its places on what touches and on the surface, in their axes, m, and its rotation."""
+
+    material: Vector
+    mark: Vector
+    turned: Matrix
+
+
+class FrictionStates(Record):
+    """The first states of a contact with friction, and their rates: the slid path, m, and its work, J."""
+
+    slip: float
+    work: float
+
+
+class AnchorStates(Record):
+    """The first states of a point with friction, and their rates: the stretch in axes of the surface, and the status.
+
+    The status, 1: it sticks, is there where friction has a memory. Twists and the branch follow.
+    """
+
+    stretch: Vector
+    sticks: float
+
+
+Place = namedtuple("Place", "depth normal point share")
+"""Where a point is to the surface: depth (m), normal and place in N, and its share of the stiffness."""
+
+AtState = namedtuple("AtState", "own numbers ends states")
+"""A contact at a state: its numbers, all that it is given, the motion of its ends, and its internal states."""
+
+
+@inlined
+def point_of(at: AtState, i: int) -> PointNumbers:
+    """Return a point."""
+    return ContactPoints(at.own.points)[i]
+
+
+@inlined
+def end_of(at: AtState, i: int) -> End:
+    """Return the motion of the end of a point."""
+    return Ends(at.ends)[int(point_of(at, i).end)]
+
+
+@inlined
+def first_state_of(at: AtState, i: int) -> int:
+    """Return the first of the internal states of a point."""
+    return int(at.own.first) + int(at.own.each) * i
+
+
+@inlined
+def softened(own: ContactNumbers, depth: Any) -> Any:
+    """Return the depth that the normal law is given: ``s ln(1 + exp(depth / s))``, without overflow."""
+    softness = own.softness
+    if softness > 0.0:
+        x = depth / softness
+        depth = softness * (x + np.log(1.0 + np.exp(-x)) if x.real > 0.0 else np.log(1.0 + np.exp(x)))
+    return depth

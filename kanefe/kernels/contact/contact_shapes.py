@@ -1,14 +1,21 @@
-"""Signed distances of shapes that things touch, and their normals: see `kanefe.contact.shapes`."""
+"""Signed distances of shapes that things touch, and their normals: see `kanefe.contact.shapes`.
+
+A shape is its kind and numbers, in a list of numbers from a place on.
+"""
 
 from __future__ import annotations
 
-from typing import Any
+from collections import namedtuple
+from enum import IntEnum
+from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, plus, product, rotated, three, times
+from kanefe.kernels.algebra.lengths import across, norm
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.contact_mesh import mesh_distance
+from kanefe.kernels.contact.contact_mesh import Away, Mesh, mesh_distance
+from kanefe.kernels.values.records import Behind, Record
+from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, congruent, cross, diagonal, dot, square
 
 CLOSE, MOST_STEPS = 1e-9, 20
 """Smallest step of the search for the nearest point of a height field, relative to its grid, and most steps."""
@@ -16,156 +23,233 @@ CLOSE, MOST_STEPS = 1e-9, 20
 NARROW = 1e-3
 """Fraction of the radius of curvature, for a point above a valley, below which the search does not follow it."""
 
-PLANE, SPHERE, CAPSULE, CYLINDER, BOX, TORUS, _, HEIGHT_FIELD, MESH = range(9)
+
+class ShapeKind(IntEnum):
+    """Kinds of shapes; 6 is none with a distance."""
+
+    PLANE = 0
+    SPHERE = 1
+    CAPSULE = 2
+    CYLINDER = 3
+    BOX = 4
+    TORUS = 5
+    HEIGHT_FIELD = 7
+    MESH = 8
+
+
+class Plane(Record):
+    """A plane through the origin."""
+
+    kind: float
+    normal: Vector
+
+
+class Sphere(Record):
+    """A ball: m, and 1, or -1 of a room."""
+
+    kind: float
+    radius: float
+    side: float
+
+
+class Capsule(Record):
+    """A capsule, m."""
+
+    kind: float
+    radius: float
+    length: float
+    axis: Vector
+
+
+class Cylinder(Capsule):
+    """A cylinder, and 1, or -1 of a room."""
+
+    side: float
+
+
+class Box(Record):
+    """A box, m, and 1, or -1 of a room."""
+
+    kind: float
+    size: Vector
+    side: float
+
+
+class Torus(Record):
+    """A torus: radius of its circle and of its tube, m."""
+
+    kind: float
+    radius: float
+    tube: float
+    axis: Vector
+
+
+class HeightField(Record):
+    """Heights over places of a grid: first place, step and number of places along x and y, and heights, m."""
+
+    kind: float
+    x: float
+    x_step: float
+    rows: float
+    y: float
+    y_step: float
+    columns: float
+    heights: Annotated[Any, Behind()]
+
+
+Ground = namedtuple("Ground", "place slope_x slope_y xx xy yy")
+"""A place on a field of heights, and the derivatives of the height there."""
 
 
 @inlined
-def unit(x: Numbers, length: Any) -> Numbers:
+def along(x: Vector, length: Any) -> Vector:
     """Return the direction of a vector of known length; z where it has none."""
     zero = 0.0 * length
-    if length.real > 0.0:
-        return times(1.0 / length, x)
-    return (zero, zero, zero + 1.0)
+    return (1.0 / length) * x if length.real > 0.0 else Vector(zero, zero, zero + 1.0)
+
+
+@inlined
+def about(offset: Vector, radius: float) -> Away:
+    """Return the distance from a ball about a place that is so far away, and its normal."""
+    r = norm(offset)
+    return Away(r - radius, along(offset, r))
 
 
 @kernel
-def distance(numbers: Any, at: int, x: Numbers) -> Any:
-    """Return the signed distance of a point and the three components of the normal; a shape is its kind and numbers."""
-    kind, own = int(numbers[at]), at + 1
-    zero = 0.0 * x[0]
-    if kind == PLANE:
-        n = three(numbers, own)
-        return dot(n, x), n[0] + zero, n[1] + zero, n[2] + zero
-    if kind == SPHERE:
-        r = norm(x)
-        n = unit(x, r)
-        return (
-            numbers[own + 1] * (r - numbers[own]),
-            numbers[own + 1] * n[0],
-            numbers[own + 1] * n[1],
-            numbers[own + 1] * n[2],
-        )
-    if kind == CAPSULE:
-        axis = three(numbers, own + 2)
-        along = dot(axis, x)
-        if along.real > 0.5 * numbers[own + 1]:
-            along = zero + 0.5 * numbers[own + 1]
-        elif along.real < -0.5 * numbers[own + 1]:
-            along = zero - 0.5 * numbers[own + 1]
-        offset = minus(x, times(along, axis))
-        r = norm(offset)
-        n = unit(offset, r)
-        return r - numbers[own], n[0], n[1], n[2]
-    if kind == CYLINDER:
-        return _cylinder(numbers, own, x)
-    if kind == BOX:
-        return _box(numbers, own, x)
-    if kind == TORUS:
-        axis = three(numbers, own + 2)
-        outward = minus(x, times(dot(axis, x), axis))
-        offset = minus(x, times(numbers[own], unit(outward, norm(outward))))
-        r = norm(offset)
-        n = unit(offset, r)
-        return r - numbers[own + 1], n[0], n[1], n[2]
-    if kind == MESH:
-        return mesh_distance(numbers, own, x)
-    return _height_field(numbers, own, x)
+def distance(numbers: Any, at: int, x: Vector) -> Away:
+    """Return the signed distance of a point, and the normal."""
+    kind = int(numbers[at])
+    if kind == ShapeKind.PLANE:
+        n = Plane(numbers, at).normal
+        return Away(dot(n, x), n + 0.0 * x)
+    if kind == ShapeKind.SPHERE:
+        ball = Sphere(numbers, at)
+        found = about(x, ball.radius)
+        return Away(ball.side * found.gap, ball.side * found.normal)
+    if kind == ShapeKind.CAPSULE:
+        capsule = Capsule(numbers, at)
+        half, height = 0.5 * capsule.length, dot(capsule.axis, x)
+        if abs(height.real) > half:
+            height = 0.0 * height + (half if height.real > 0.0 else -half)
+        return about(x - height * capsule.axis, capsule.radius)
+    if kind == ShapeKind.CYLINDER:
+        return _cylinder(Cylinder(numbers, at), x)
+    if kind == ShapeKind.BOX:
+        return _box(Box(numbers, at), x)
+    if kind == ShapeKind.TORUS:
+        torus = Torus(numbers, at)
+        outward = across(x, torus.axis)
+        return about(x - torus.radius * along(outward, norm(outward)), torus.tube)
+    if kind == ShapeKind.MESH:
+        return mesh_distance(Mesh(numbers, at), x)
+    return _height_field(HeightField(numbers, at), x)
 
 
 @inlined
-def _cylinder(numbers: Any, own: int, x: Numbers) -> Any:
-    zero = 0.0 * x[0]
-    axis, side = three(numbers, own + 2), numbers[own + 5]
+def distance_in(p: Vector, A: Matrix, numbers: Any, at: int, point: Vector) -> Away:
+    """Return the signed distance of a place in N of a shape that is placed and turned, and the normal in N."""
+    if int(numbers[at]) == ShapeKind.PLANE:  # most often
+        normal = A @ Plane(numbers, at).normal
+        return Away(dot(normal, point - p), normal)
+    found = distance(numbers, at, A.T @ (point - p))
+    return Away(found.gap, A @ found.normal)
+
+
+@inlined
+def _cylinder(shape: Cylinder, x: Vector) -> Away:
+    axis, side = shape.axis, shape.side
     height = dot(axis, x)
-    outward = minus(x, times(height, axis))
+    outward = x - height * axis
     rho = norm(outward)
-    outward = unit(outward, rho)
+    outward = along(outward, rho)
     sign = -1.0 if height.real < 0.0 else 1.0
-    over, beyond = rho - numbers[own], sign * height - 0.5 * numbers[own + 1]
-    a, b = zero, zero
+    over, beyond = rho - shape.radius, sign * height - 0.5 * shape.length
+    a = b = 0.0 * height
     if over.real > 0.0 and beyond.real > 0.0:
         far = np.sqrt(over * over + beyond * beyond)
         a, b = over / far, beyond / far
     elif over.real > beyond.real:
-        far, a = over, zero + 1.0
+        far, a = over, a + 1.0
     else:
-        far, b = beyond, zero + 1.0
-    n = plus(times(side * a, outward), times(side * sign * b, axis))
-    return side * far, n[0], n[1], n[2]
+        far, b = beyond, b + 1.0
+    return Away(side * far, (side * a) * outward + (side * sign * b) * axis)
 
 
 @inlined
-def _box(numbers: Any, own: int, x: Numbers) -> Any:
-    zero = 0.0 * x[0]
-    side = numbers[own + 3]
-    s0 = -1.0 if x[0].real < 0.0 else 1.0
-    s1 = -1.0 if x[1].real < 0.0 else 1.0
-    s2 = -1.0 if x[2].real < 0.0 else 1.0
-    o0, o1, o2 = s0 * x[0] - 0.5 * numbers[own], s1 * x[1] - 0.5 * numbers[own + 1], s2 * x[2] - 0.5 * numbers[own + 2]
-    if o0.real > 0.0 or o1.real > 0.0 or o2.real > 0.0:
-        p0 = o0 if o0.real > 0.0 else zero
-        p1 = o1 if o1.real > 0.0 else zero
-        p2 = o2 if o2.real > 0.0 else zero
-        far = norm((p0, p1, p2))
-        return side * far, side * s0 * p0 / far, side * s1 * p1 / far, side * s2 * p2 / far
-    if o0.real >= o1.real and o0.real >= o2.real:
-        return side * o0, zero + side * s0, zero, zero
-    if o1.real >= o2.real:
-        return side * o1, zero, zero + side * s1, zero
-    return side * o2, zero, zero, zero + side * s2
+def _box(shape: Box, x: Vector) -> Away:
+    zero, side, size = 0.0 * x.x, shape.side, shape.size
+    sx = -1.0 if x.x.real < 0.0 else 1.0
+    sy = -1.0 if x.y.real < 0.0 else 1.0
+    sz = -1.0 if x.z.real < 0.0 else 1.0
+    ox, oy, oz = sx * x.x - 0.5 * size.x, sy * x.y - 0.5 * size.y, sz * x.z - 0.5 * size.z
+    if ox.real > 0.0 or oy.real > 0.0 or oz.real > 0.0:
+        px = ox if ox.real > 0.0 else zero
+        py = oy if oy.real > 0.0 else zero
+        pz = oz if oz.real > 0.0 else zero
+        far = norm(Vector(px, py, pz))
+        return Away(side * far, (side / far) * Vector(sx * px, sy * py, sz * pz))
+    if ox.real >= oy.real and ox.real >= oz.real:
+        return Away(side * ox, Vector(zero + side * sx, zero, zero))
+    if oy.real >= oz.real:
+        return Away(side * oy, Vector(zero, zero + side * sy, zero))
+    return Away(side * oz, Vector(zero, zero, zero + side * sz))
 
 
 @inlined
-def _height_field(numbers: Any, own: int, x: Numbers) -> Any:
+def _height_field(field: HeightField, x: Vector) -> Away:
     """Return distance and normal from the nearest place."""
-    a, b, height, slope_x, slope_y, _, _, _ = foot_on_heights(numbers, own, x)
-    stretch = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-    n = (-slope_x / stretch, -slope_y / stretch, 1.0 / stretch)
-    return dot(n, minus(x, (a, b, height))), n[0], n[1], n[2]
+    ground = foot_on_heights(field, x)
+    n = normal_of(ground)
+    return Away(dot(n, x - ground.place), n)
 
 
 @inlined
-def foot_on_heights(numbers: Any, own: int, x: Numbers) -> Any:
-    """Return where a field of heights is nearest to a place: along x and y, its height, slopes, and xx, xy, yy.
+def normal_of(ground: Ground) -> Vector:
+    """Return the normal of a field of heights at a place."""
+    n = Vector(-ground.slope_x, -ground.slope_y, 0.0 * ground.slope_x + 1.0)
+    return (1.0 / norm(n)) * n
+
+
+@inlined
+def foot_on_heights(field: HeightField, x: Vector) -> Ground:
+    """Return where a field of heights is nearest to a place.
 
     Newton's method finds where ``x - foot`` is along the normal, from the place below. Where that is not a smallest
     distance, as over a valley that is narrower than the point is high, it is the place below itself.
     """
-    finest = min(numbers[own + 1], numbers[own + 4])
-    a, b = x[0], x[1]
+    finest = min(field.x_step, field.y_step)
+    a, b = x.x, x.y
     is_found = False
     for left in range(MOST_STEPS, -1, -1):
-        height, slope_x, slope_y, xx, xy, yy = _heights(numbers, own, a, b)
+        ground = heights(field, a, b)
         if is_found or left == 0:
             break
-        rise = x[2] - height
-        j_xx, j_yy = 1.0 + slope_x * slope_x - rise * xx, 1.0 + slope_y * slope_y - rise * yy
-        j_xy = slope_x * slope_y - rise * xy
+        slope_x, slope_y, rise = ground.slope_x, ground.slope_y, x.z - ground.place.z
+        j_xx, j_yy = 1.0 + slope_x * slope_x - rise * ground.xx, 1.0 + slope_y * slope_y - rise * ground.yy
+        j_xy = slope_x * slope_y - rise * ground.xy
         least = j_xx * j_yy - j_xy * j_xy
         if least.real <= 0.0 or j_xx.real <= 0.0:
-            a, b = x[0], x[1]
-            height, slope_x, slope_y, xx, xy, yy = _heights(numbers, own, a, b)
+            ground = heights(field, x.x, x.y)
             break
-        off_x, off_y = a - x[0] - rise * slope_x, b - x[1] - rise * slope_y
+        off_x, off_y = a - x.x - rise * slope_x, b - x.y - rise * slope_y
         step_x, step_y = (j_yy * off_x - j_xy * off_y) / least, (j_xx * off_y - j_xy * off_x) / least
         a, b = a - step_x, b - step_y
-        far = step_x.real * step_x.real + step_y.real * step_y.real
-        is_found = far <= CLOSE * CLOSE * finest * finest
-    return a, b, height, slope_x, slope_y, xx, xy, yy
+        is_found = step_x.real**2 + step_y.real**2 <= (CLOSE * finest) ** 2
+    return ground
 
 
 @kernel
-def _heights(numbers: Any, own: int, x: Any, y: Any) -> Any:
-    """Return the height at a place, and its first and second derivatives: along x, y; xx, xy, yy."""
-    rows, columns = int(numbers[own + 2]), int(numbers[own + 5])
-    i, f, f_rate = cell_of(x, numbers[own], numbers[own + 1], rows)
-    j, g, g_rate = cell_of(y, numbers[own + 3], numbers[own + 4], columns)
+def heights(field: HeightField, x: Any, y: Any) -> Ground:
+    """Return the height at a place, and its first and second derivatives."""
+    rows, columns, given = int(field.rows), int(field.columns), field.heights
+    i, f, f_rate = cell_of(x, field.x, field.x_step, rows)
+    j, g, g_rate = cell_of(y, field.y, field.y_step, columns)
     height = slope_x = slope_y = xx = xy = yy = 0.0 * x
     for a in range(4):
         row = min(max(i + a - 1, 0), rows - 1)
         value = along = bent = 0.0 * x
         for b in range(4):
-            h = numbers[own + 6 + columns * row + min(max(j + b - 1, 0), columns - 1)]
+            h = given[columns * row + min(max(j + b - 1, 0), columns - 1)]
             value += weight_of(b, g) * h
             along += g_rate * _slope(b, g) * h
             bent += g_rate * g_rate * _bend(b, g) * h
@@ -175,7 +259,7 @@ def _heights(numbers: Any, own: int, x: Any, y: Any) -> Any:
         xx += f_rate * f_rate * _bend(a, f) * value
         xy += f_rate * _slope(a, f) * along
         yy += weight_of(a, f) * bent
-    return height, slope_x, slope_y, xx, xy, yy
+    return Ground(Vector(x, y, height), slope_x, slope_y, xx, xy, yy)
 
 
 @inlined
@@ -225,69 +309,27 @@ def _bend(k: int, f: Any) -> Any:
 
 
 @kernel
-def normal_rate(numbers: Any, at: int, x: Numbers, v: Numbers) -> Numbers:
+def normal_rate(numbers: Any, at: int, x: Vector, v: Vector) -> Vector:
     """Return the rate of the normal at a point that moves past a plane, sphere or height field: ``H v``."""
-    kind, own = int(numbers[at]), at + 1
-    zero = 0.0 * x[0]
-    if kind == SPHERE:
+    kind = int(numbers[at])
+    if kind == ShapeKind.SPHERE:
         r = norm(x)
-        n = unit(x, r)
-        return times(numbers[own + 1] / r, minus(v, times(dot(n, v), n)))
-    if kind == HEIGHT_FIELD:
-        return _rate_over_heights(numbers, own, x, v)
-    return zero, zero, zero
+        return (Sphere(numbers, at).side / r) * across(v, along(x, r))
+    if kind == ShapeKind.HEIGHT_FIELD:
+        return _rate_over_heights(HeightField(numbers, at), x, v)
+    return 0.0 * v
 
 
 @inlined
-def _rate_over_heights(numbers: Any, own: int, x: Numbers, v: Numbers) -> Numbers:
+def _rate_over_heights(field: HeightField, x: Vector, v: Vector) -> Vector:
     """Return the rate of the normal over a field of heights: of its surface ``S v``, farther out less."""
-    a, b, height, slope_x, slope_y, xx, xy, yy = foot_on_heights(numbers, own, x)
-    length = np.sqrt(1.0 + slope_x * slope_x + slope_y * slope_y)
-    n = (-slope_x / length, -slope_y / length, 1.0 / length)
-    zero = 0.0 * length
-    bent = (-xx / length, -xy / length, zero, -xy / length, -yy / length, zero, zero, zero, zero)
-    one = zero + 1.0
-    flat = minus_outer((one, zero, zero, zero, one, zero, zero, zero, one), n)
-    S = product(product(flat, bent), flat)
-    rise = dot(n, minus(x, (a, b, height)))
-    out = (
-        1.0 + rise * S[0],
-        rise * S[1],
-        rise * S[2],
-        rise * S[3],
-        1.0 + rise * S[4],
-        rise * S[5],
-        rise * S[6],
-        rise * S[7],
-        1.0 + rise * S[8],
-    )
-    first, second, third = (out[0], out[3], out[6]), (out[1], out[4], out[7]), (out[2], out[5], out[8])
-    size = dot(first, cross(second, third))
-    if size.real < NARROW:  # over a valley in which no ball lies from here
-        return rotated(S, v)
-    # S commutes with what it is divided by
-    right = rotated(S, v)
-    return times(
-        1.0 / size,
-        (
-            dot(right, cross(second, third)),
-            dot(first, cross(right, third)),
-            dot(first, cross(second, right)),
-        ),
-    )
-
-
-@inlined
-def minus_outer(A: Numbers, n: Numbers) -> Numbers:
-    """Return ``A - n n^T``."""
-    return (
-        A[0] - n[0] * n[0],
-        A[1] - n[0] * n[1],
-        A[2] - n[0] * n[2],
-        A[3] - n[1] * n[0],
-        A[4] - n[1] * n[1],
-        A[5] - n[1] * n[2],
-        A[6] - n[2] * n[0],
-        A[7] - n[2] * n[1],
-        A[8] - n[2] * n[2],
-    )
+    ground = foot_on_heights(field, x)
+    n = normal_of(ground)
+    zero = 0.0 * n.x
+    bent = -n.z * Symmetric(ground.xx, ground.xy, zero, ground.yy, zero, zero)
+    S = congruent((diagonal(zero + 1.0) - square(n, n)).full, bent)
+    out = diagonal(zero + 1.0) + dot(n, x - ground.place) * S
+    M, rate = out.full, S @ v
+    if dot(M.x, cross(M.y, M.z)).real < NARROW:  # over a valley in which no ball lies from here
+        return rate
+    return out.inverse @ rate  # S commutes with what it is divided by

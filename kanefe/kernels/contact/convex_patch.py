@@ -11,49 +11,18 @@ is not where the shapes are the deepest, the deepest place carries the rest.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    cross,
-    dot,
-    norm,
-    plus,
-    put_three,
-    rotated,
-    rotated_back,
-    three,
-    times,
-)
+from kanefe.kernels.algebra.lengths import unit
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.local_numbers import local_numbers
-from kanefe.kernels.contact.convex_distance import gap_and_normal
-from kanefe.kernels.contact.convex_edges import (
-    DEPTH,
-    NORMAL,
-    OF_SLOT,
-    PLACE,
-    SHARE,
-    put_edge,
-    put_edges,
-    put_lines,
-    put_slot,
-)
-from kanefe.kernels.contact.convex_shapes import (
-    AXIS,
-    CORNERS,
-    DISC,
-    FACES,
-    MARGIN,
-    SIZE,
-    in_axes,
-    outward,
-    put_corners,
-    put_place,
-    vertex,
-)
+from kanefe.kernels.contact.convex_distance import Simplex, gap_and_normal
+from kanefe.kernels.contact.convex_edges import UP, Edge, Polygon, Slots, put_edge, put_edges, put_lines, put_slot
+from kanefe.kernels.contact.convex_shapes import ConvexShape, Posed, Vertices, outward, put_corners, vertex
+from kanefe.kernels.values.tensors import IDENTITY, ZERO, Matrix, Vector, cross, dot
 
 ON_EDGE = 1e-7
 """Distance, relative to the size of the shapes, within which what is beside a face counts as over it."""
@@ -70,149 +39,128 @@ MISSED = 0.1
 LEAST = 1e-9
 """Fraction of the force below which a place carries nothing."""
 
-UNTURNED = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
-UNMOVED = (0.0, 0.0, 0.0)
+Seen = namedtuple("Seen", "has_face has_line face share line axis")
+"""A shape seen along the normal: its face, how much of it that is, and the rest, a line. `has_face, has_line`: whether
+it may touch with them; `share`: how much of a shape that touches there is the face; `line`: on its surface; `axis`: the
+line between its ends, which discs and margin round."""
+
+Patch = namedtuple("Patch", "gap close narrow")
+"""What the places of a patch are measured by: the gap; what is close beside a face, and a narrow length, m."""
 
 
 @inlined
-def has_face(numbers: Any, at: int) -> bool:
-    """Return whether a shape may touch with a face."""
-    return bool(numbers[at + FACES] > 0.0 or numbers[at + DISC] > 0.0)
-
-
-@inlined
-def has_line(numbers: Any, at: int) -> bool:
-    """Return whether a shape may touch with a straight line."""
-    return bool(numbers[at + FACES] == 0.0)
-
-
-@inlined
-def face_share(numbers: Any, at: int, direction: Numbers) -> float:
+def face_share(shape: ConvexShape, direction: Vector) -> float:
     """Return how much of a shape that touches along a direction in its axes are faces; the rest is a line."""
-    if numbers[at + FACES] > 0.0:
+    if shape.faces > 0.0:
         return 1.0
-    if numbers[at + DISC] == 0.0:
+    if shape.disc == 0.0:
         return 0.0
-    cosine = dot(three(numbers, at + AXIS), direction)
+    cosine = dot(shape.axis, direction)
     square = min(cosine * cosine, 1.0)
-    return square * square * (3.0 - 2.0 * square)
-
-
-@inlined
-def put_line(
-    numbers: Any, at: int, R: Numbers, x: Numbers, direction: Numbers, on_surface: bool, axes: Any, out: Any
-) -> None:
-    """Write the ends of the axis of a shape, or of the line of its side that is farthest along a direction."""
-    side = (0.0, 0.0, 0.0)
-    if on_surface and numbers[at + DISC] > 0.0:
-        side = times(numbers[at + DISC], outward(numbers, at, rotated_back(R, direction)))
-    for i in range(2):
-        put_place(plus(x, rotated(R, plus(vertex(numbers, at, i), side))), axes, out, 3 * i)
+    return square * square * (3.0 - 2.0 * square)  # type: ignore[no-any-return]
 
 
 @kernel
-def put_slots(numbers: Any, own: int, other: int, R: Numbers, x: Numbers, count: int, slots: Any) -> float:
-    """Write how deep, where and by what share two shapes touch, the own one turned by R at x; return the gap.
+def seen_along(own: Posed, direction: Vector, side: float, axes: Matrix, room: Any) -> Seen:
+    """Return a shape seen in axes of which the third is the normal; there is room for the corners of its face."""
+    shape = own.shape
+    along = own.R.T @ direction
+    has_face, has_line = shape.faces > 0.0 or shape.disc > 0.0, shape.faces == 0.0
+    share, count, normal = face_share(shape, along), 0, -side * UP
+    if has_face:
+        count, normal = put_corners(own, direction, axes, room)
+        share = share if side * normal.z < -STEEP else 0.0
+    a = b = out = ZERO
+    if has_line:
+        a, b = axes @ (own.x + own.R @ vertex(shape, 0)), axes @ (own.x + own.R @ vertex(shape, 1))
+    if has_line and has_face:
+        out = axes @ (own.R @ (shape.disc * outward(shape, along)))
+    line, axis = Edge(a + out, b + out, shape.margin, side), Edge(a, b, shape.margin + shape.disc, side)
+    return Seen(has_face, has_line, Polygon(Vertices(room), count, normal), share, line, axis)
+
+
+@kernel
+def put_slots(own: Posed, other: ConvexShape, count: int, room: Any) -> float:
+    """Write how deep, where and by what share two shapes touch; return the gap.
 
     There is room for a number of places, that of `kanefe.contact.convex_numbers.slots_of`. Places and normals are in
     the axes of the other one. Places that carry nothing have a share of zero, and do not touch.
     """
-    close = ON_EDGE * (numbers[own + SIZE] + numbers[other + SIZE])
-    gap, n, deepest = gap_and_normal(numbers, own, other, R, x, slots)
-    narrow = NARROW * min(numbers[own + SIZE], numbers[other + SIZE])
-    down = times(-1.0, n)
-    helper = (0.0, 0.0, 1.0) if abs(n[2]) < 0.5 else (1.0, 0.0, 0.0)
-    across = cross(helper, n)
-    across = times(1.0 / norm(across), across)
-    axes = (across, cross(n, across), n)
-    P, Q, line = local_numbers(), local_numbers(), local_numbers()
-    p_share, q_share = face_share(numbers, own, rotated_back(R, down)), face_share(numbers, other, n)
-    p_count, q_count, p_normal, q_normal = 0, 0, (0.0, 0.0, -1.0), (0.0, 0.0, 1.0)
-    if has_face(numbers, own):
-        p_count, p_normal = put_corners(numbers, own, R, x, down, axes, P)
-        p_share = p_share if p_normal[2] < -STEEP else 0.0
-    if has_face(numbers, other):
-        q_count, q_normal = put_corners(numbers, other, UNTURNED, UNMOVED, n, axes, Q)
-        q_share = q_share if q_normal[2] > STEEP else 0.0
+    slots = Slots(room)
+    gap, n, deepest = gap_and_normal(own, other, Simplex(room))
+    close = ON_EDGE * (own.shape.size + other.size)
+    patch = Patch(gap, close, NARROW * min(own.shape.size, other.size))
+    a = unit(cross(UP if abs(n.z) < 0.5 else Vector(1.0, 0.0, 0.0), n))
+    b = cross(n, a)
+    axes = Matrix(a.x, a.y, a.z, b.x, b.y, b.z, n.x, n.y, n.z)
+    above = seen_along(own, -n, 1.0, axes, local_numbers())
+    under = seen_along(Posed(other, IDENTITY, ZERO), n, -1.0, axes, local_numbers())
     for i in range(count):
-        put_slot(slots, i, -abs(gap) - close, (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 0.0)
-    at, total = 1, 0.0
-    if has_face(numbers, own) and has_face(numbers, other):
-        most, share = int(numbers[own + CORNERS]), p_share * q_share
-        edges = 2 * (most + int(numbers[other + CORNERS]))
-        if share > 0.0:
-            left = put_edges(P, p_count, Q, q_count, q_normal, close, 1.0, slots, at)
-            left += put_edges(Q, q_count, P, p_count, p_normal, close, -1.0, slots, at + 2 * most)
-            total += carried(slots, at, edges, share, left, narrow, gap, close)
-        at += edges
-    if has_face(numbers, own) and has_line(numbers, other):
-        share = p_share * (1.0 - q_share)
-        if share > 0.0:
-            put_line(numbers, other, UNTURNED, UNMOVED, n, True, axes, line)
-            left = put_edge(line, 0, 3, numbers[other + MARGIN], P, p_count, p_normal, close, -1.0, slots, at)
-            total += carried(slots, at, 2, share, left, narrow, gap, close)
-        at += 2
-    if has_line(numbers, own) and has_face(numbers, other):
-        share = (1.0 - p_share) * q_share
-        if share > 0.0:
-            put_line(numbers, own, R, x, down, True, axes, line)
-            left = put_edge(line, 0, 3, numbers[own + MARGIN], Q, q_count, q_normal, close, 1.0, slots, at)
-            total += carried(slots, at, 2, share, left, narrow, gap, close)
-        at += 2
-    if has_line(numbers, own) and has_line(numbers, other):
-        share = (1.0 - p_share) * (1.0 - q_share)
-        if share > 0.0:
-            put_line(numbers, own, R, x, down, False, axes, P)
-            put_line(numbers, other, UNTURNED, UNMOVED, n, False, axes, Q)
-            put_lines(
-                P,
-                numbers[own + MARGIN] + numbers[own + DISC],
-                Q,
-                numbers[other + MARGIN] + numbers[other + DISC],
-                gap,
-                slots,
-                at,
-            )
-            total += carried(slots, at, 3, share, 1.0, 0.0, gap, close)
-        at += 3
-    put_slot(slots, 0, -gap, (0.0, 0.0, 1.0), in_axes(deepest, axes), 1.0 - total if total < 1.0 - LEAST else 0.0)
+        put_slot(slots, i, -abs(gap) - close, UP, ZERO, 0.0)
+    most = int(own.shape.corners), int(other.corners)
+    total = carried_by_all(above, under, patch, most, slots)
+    put_slot(slots, 0, -gap, UP, axes @ deepest, 1.0 - total if total < 1.0 - LEAST else 0.0)
     for i in range(count):
         # where a line only stands for an edge that is round, it may be deeper than the shapes are in each other
-        largest = -gap if slots[OF_SLOT * i + SHARE] > 0.0 else -abs(gap) - close
-        slots[OF_SLOT * i + DEPTH] = min(slots[OF_SLOT * i + DEPTH], largest)
-        turn(slots, OF_SLOT * i + NORMAL, axes)
-        turn(slots, OF_SLOT * i + PLACE, axes)
+        slot = slots[i]
+        slot.depth = min(slot.depth, -gap if slot.share > 0.0 else -abs(gap) - close)
+        slot.normal, slot.place = axes.T @ slot.normal, axes.T @ slot.place
     return gap
 
 
+@inlined
+def carried_by_all(above: Seen, under: Seen, patch: Patch, most: tuple[int, int], slots: Slots) -> float:
+    """Write the places where faces and lines of two shapes touch, after the first; return what they carry.
+
+    `most`: corners that a face of either has at most.
+    """
+    at, total, close = 1, 0.0, patch.close
+    if above.has_face and under.has_face:
+        edges, share = 2 * (most[0] + most[1]), above.share * under.share
+        if share > 0.0:
+            left = put_edges(above.face, under.face, close, 1.0, slots, at)
+            left += put_edges(under.face, above.face, close, -1.0, slots, at + 2 * most[0])
+            total += carried(slots, at, edges, share, left, patch)
+        at += edges
+    if above.has_face and under.has_line:
+        total += carried_by_line(slots, at, under.line, above.face, above.share * (1.0 - under.share), patch)
+        at += 2
+    if above.has_line and under.has_face:
+        total += carried_by_line(slots, at, above.line, under.face, (1.0 - above.share) * under.share, patch)
+        at += 2
+    if above.has_line and under.has_line:
+        share = (1.0 - above.share) * (1.0 - under.share)
+        if share > 0.0:
+            put_lines(above.axis, under.axis, patch.gap, slots, at)
+            total += carried(slots, at, 3, share, np.inf, patch)
+    return total
+
+
 @kernel
-def carried(
-    slots: Any, first: int, count: int, share: float, left: float, narrow: float, gap: float, close: float
-) -> float:
+def carried_by_line(slots: Slots, at: int, line: Edge, face: Polygon, share: float, patch: Patch) -> float:
+    """Write where a line touches a face; return what it carries."""
+    if share <= 0.0:
+        return 0.0
+    return carried(slots, at, 2, share, put_edge(line, face, patch.close, slots, at), patch)
+
+
+@kernel
+def carried(slots: Slots, first: int, count: int, share: float, left: float, patch: Patch) -> float:
     """Have some places carry a share of the contact by the lengths that are their shares; return what they carry.
 
     It is less where hardly any length is left, and where they are not as deep as the shapes are in each other.
     """
     deepest, whole = -np.inf, 0.0
     for i in range(first, first + count):
-        if slots[OF_SLOT * i + SHARE] > 0.0:
-            deepest, whole = max(deepest, slots[OF_SLOT * i + DEPTH]), whole + slots[OF_SLOT * i + SHARE]
+        if slots[i].share > 0.0:
+            deepest, whole = max(deepest, slots[i].depth), whole + slots[i].share
     if whole > 0.0:
-        missed = (deepest + gap) / (MISSED * abs(gap) + close)
-        share *= np.exp(-missed * missed)
-        if narrow > 0.0:
-            share *= 1.0 - np.exp(-((left / narrow) ** 2))
+        missed = (deepest + patch.gap) / (MISSED * abs(patch.gap) + patch.close)
+        share *= np.exp(-missed * missed) * (1.0 - np.exp(-((left / patch.narrow) ** 2)))
         whole = share / whole
     total = 0.0
     for i in range(first, first + count):
-        carries = slots[OF_SLOT * i + SHARE] * whole
-        slots[OF_SLOT * i + SHARE] = carries if carries > LEAST else 0.0
-        total += slots[OF_SLOT * i + SHARE]
+        carries = slots[i].share * whole
+        slots[i].share = carries if carries > LEAST else 0.0
+        total += slots[i].share
     return total
-
-
-@inlined
-def turn(slots: Any, at: int, axes: Any) -> None:
-    """Replace a vector in axes by that in the axes in which these are."""
-    x = three(slots, at)
-    put_three(slots, at, plus(times(x[0], axes[0]), plus(times(x[1], axes[1]), times(x[2], axes[2]))))

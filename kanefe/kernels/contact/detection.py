@@ -2,28 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    cross,
-    dot,
-    minus,
-    norm,
-    plus,
-    product,
-    rotated,
-    rotated_back,
-    three,
-    times,
-    transposed,
-)
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.contact_boxes import box_slot, boxes_meet
-from kanefe.kernels.contact.contact_places import AT, OF_POINT, POINT_NUMBERS, POINTS
-from kanefe.kernels.contact.contact_shapes import PLANE, distance
-from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.force_elements.places import END_NUMBERS, A, P, V, W
+from kanefe.kernels.algebra.lengths import norm
+from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.contact.contact_mesh import Away
+from kanefe.kernels.contact.contact_places import AtState, Place, RestNumbers, end_of, point_of
+from kanefe.kernels.contact.contact_shapes import ShapeKind, distance_in
+from kanefe.kernels.force_elements.places import End, Ends
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
 ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
 """Sine of the angle between the axis of a ring and the normal below which the ring has no lowest point, largest number
@@ -33,73 +18,47 @@ depth."""
 
 
 @inlined
-def met_by(numbers: Any, ends: Any) -> Any:
-    """Return how boxes meet, where a box touches one: see `boxes_meet`."""
-    zero = 0.0 * ends[P]
-    if numbers[POINTS + OF_POINT.ring] >= 0.0:
-        return zero, zero, zero, zero, -1, -1
-    return boxes_meet(
-        ends,
-        END_NUMBERS * int(numbers[POINTS + OF_POINT.end]),
-        three(numbers, POINTS + OF_POINT.axis),
-        times(0.5, three(numbers, int(numbers[AT.shape]) + 1)),
-    )
+def away_from(at: AtState, point: Vector) -> Away:
+    """Return how far a place in N is from the surface, and the normal in N."""
+    surface = Ends(at.ends)[0]
+    return distance_in(surface.p, surface.A, at.numbers, int(at.own.shape), point)
 
 
 @inlined
-def located(numbers: Any, i: int, ends: Any, met: Numbers) -> Any:
-    """Return the place of a point: depth, normal, where it is in N, and its share of the stiffness."""
-    own = POINTS + POINT_NUMBERS * i
-    share = float(numbers[own + OF_POINT.share])
-    at, ring = END_NUMBERS * int(numbers[own + OF_POINT.end]), numbers[own + OF_POINT.ring]
-    shape = int(numbers[AT.shape])
-    if ring < 0.0:
-        axis, other = three(numbers, own + OF_POINT.axis), times(0.5, three(numbers, shape + 1))
-        found = box_slot(met, -1 - int(ring), ends, at, axis, other)
-        return found[0], (met[0], met[1], met[2]), (found[1], found[2], found[3]), share
-    A_s, p_s, A_p = nine(ends, A), three(ends, P), nine(ends, at + A)
-    centre = plus(three(ends, at + P), rotated(A_p, three(numbers, own + OF_POINT.point)))
-    radius = numbers[own + OF_POINT.radius]
-    if int(numbers[shape]) == PLANE and ring == 0.0:  # most often
-        normal = rotated(A_s, three(numbers, shape + 1))
-        phi = dot(normal, minus(centre, p_s))
-        return radius - phi, normal, minus(centre, times(radius, normal)), share
-    found = distance(numbers, shape, rotated_back(A_s, minus(centre, p_s)))
-    normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
+def located(at: AtState, i: int) -> Place:
+    """Return the place of a point, ball or ring."""
+    own, end = point_of(at, i), end_of(at, i)
+    centre, ring = end.p + end.A @ own.point, own.ring
+    found = away_from(at, centre)
     if ring > 0.0:
-        axis, middle = rotated(A_p, three(numbers, own + OF_POINT.axis)), centre
-        for _ in range(1 if int(numbers[shape]) == PLANE else MOST_TURNS):
-            down = minus(times(dot(axis, normal), axis), normal)
+        axis, middle = end.A @ own.axis, centre
+        for _ in range(1 if int(at.numbers[int(at.own.shape)]) == ShapeKind.PLANE else MOST_TURNS):
+            down = dot(axis, found.normal) * axis - found.normal
             length = norm(down)
             if length.real <= ON_ITS_AXIS:
                 break
-            before, centre = normal, plus(middle, times(ring / length, down))
-            found = distance(numbers, shape, rotated_back(A_s, minus(centre, p_s)))
-            normal, phi = rotated(A_s, (found[1], found[2], found[3])), found[0]
-            turned = minus(normal, before)
+            before, centre = found.normal, middle + (ring / length) * down
+            found = away_from(at, centre)
+            turned = found.normal - before
             if dot(turned, turned).real <= SAME_NORMAL * SAME_NORMAL:
                 break
-    return radius - phi, normal, minus(centre, times(radius, normal)), share
+    return Place(own.radius - found.gap, found.normal, centre - own.radius * found.normal, own.share + 0.0 * found.gap)
 
 
 @inlined
-def velocity(ends: Any, end: int, arm: Numbers, arm_s: Numbers) -> Numbers:
-    """Return the velocity of what touches, seen from what is touched, where they meet."""
-    own = plus(three(ends, end + V), cross(three(ends, end + W), arm))
-    return minus(own, plus(three(ends, V), cross(three(ends, W), arm_s)))
+def velocity(surface: End, end: End, point: Vector) -> Vector:
+    """Return the velocity of what touches at a place, seen from what is touched."""
+    return end.v + cross(end.w, point - end.p) - (surface.v + cross(surface.w, point - surface.p))
 
 
 @inlined
-def gone_since(numbers: Any, at: int, ends: Any, end: int) -> Numbers:
+def gone_since(rest: RestNumbers, surface: End, end: End) -> Vector:
     """Return how far a point of what touches has gone along with what is touched since a state of rest."""
-    material, mark = three(numbers, at), three(numbers, at + 3)
-    point = plus(three(ends, end + P), rotated(nine(ends, end + A), material))
-    return minus(minus(point, three(ends, P)), rotated(nine(ends, A), mark))
+    return end.p + end.A @ rest.material - surface.p - surface.A @ rest.mark
 
 
-@kernel
-def turned_since(numbers: Any, at: int, ends: Any, end: int) -> Numbers:
+@inlined
+def turned_since(rest: RestNumbers, surface: End, end: End) -> Vector:
     """Return how far what touches has turned past the surface since a state of rest, to first order."""
-    A_s = nine(ends, A)
-    R = product(product(transposed(A_s), nine(ends, end + A)), transposed(nine(numbers, at)))
-    return rotated(A_s, (0.5 * (R[7] - R[5]), 0.5 * (R[2] - R[6]), 0.5 * (R[3] - R[1])))
+    R = surface.A.T @ end.A @ rest.turned.T
+    return surface.A @ (0.5 * Vector(R.y.z - R.z.y, R.z.x - R.x.z, R.x.y - R.y.x))

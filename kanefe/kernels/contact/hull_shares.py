@@ -7,92 +7,101 @@ touches less deep than the deepest corner has less, and what is in the air leave
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, rotated, rotated_back, three
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.contact_forces import end_of, softened
-from kanefe.kernels.contact.contact_places import AT, OF_POINT, POINT_NUMBERS, POINTS
-from kanefe.kernels.contact.contact_shapes import PLANE, distance
-from kanefe.kernels.force_elements.bushing import nine
-from kanefe.kernels.force_elements.places import A, P
-
-OF_FACE = 4
-"""Count of numbers of a face at a corner: its normal, and one over how many corners it has."""
+from kanefe.kernels.contact.contact_places import AtState, Place, end_of, point_of, softened
+from kanefe.kernels.contact.contact_shapes import ShapeKind
+from kanefe.kernels.contact.detection import away_from
+from kanefe.kernels.force_elements.places import Ends
+from kanefe.kernels.values.records import Record
+from kanefe.kernels.values.tensors import Vector, dot
 
 FLAT = 1e-20
 """Fourth power of an angle, rad4, that is added to that of a face to the surface: it may be zero."""
 
 
+class CornerFaces(Record):
+    """Where the faces at a corner of a hull begin, after where all begin, and how many they are."""
+
+    start: float
+    count: float
+
+
+class HullFace(Record):
+    """A face at a corner: its normal, and one over how many corners it has."""
+
+    normal: Vector
+    part: float
+
+
+CORNER_FACES, HULL_FACE = CornerFaces.number_count, HullFace.number_count
+
+HullMet = namedtuple("HullMet", "deepest total")
+"""The largest depth and the sum of the weights of all corners, on a plane the same for each."""
+
+
 @inlined
-def hull_met(numbers: Any, ends: Any) -> Any:
-    """Return the largest depth and the sum of the weights of all corners, on a plane the same for each."""
-    if int(numbers[int(numbers[AT.shape])]) != PLANE:
-        return 0.0 * ends[P], 0.0 * ends[P]
-    return alike(numbers, corner(numbers, 0, ends)[1], ends)
+def hull_met(at: AtState) -> HullMet:
+    """Return what is known of all corners: nothing in a room."""
+    if int(at.numbers[int(at.own.shape)]) != ShapeKind.PLANE:
+        zero = 0.0 * Ends(at.ends)[0].p.x
+        return HullMet(zero, zero)
+    return alike(at, corner(at, 0).normal)
 
 
 @kernel
-def corner(numbers: Any, i: int, ends: Any) -> Any:
-    """Return the place of a corner with its share in the air, as `kanefe.kernels.contact.detection.located` does."""
-    own, shape = POINTS + POINT_NUMBERS * i, int(numbers[AT.shape])
-    at = end_of(numbers, i)
-    A_s, p_s = nine(ends, A), three(ends, P)
-    point = plus(three(ends, at + P), rotated(nine(ends, at + A), three(numbers, own + OF_POINT.point)))
-    if int(numbers[shape]) == PLANE:
-        normal = rotated(A_s, three(numbers, shape + 1))
-        return -dot(normal, minus(point, p_s)), normal, point, float(numbers[own + OF_POINT.share])
-    found = distance(numbers, shape, rotated_back(A_s, minus(point, p_s)))
-    normal = rotated(A_s, (found[1], found[2], found[3]))
-    return -found[0], normal, point, float(numbers[own + OF_POINT.share])
+def corner(at: AtState, i: int) -> Place:
+    """Return the place of a corner with its share in the air."""
+    own, end = point_of(at, i), end_of(at, i)
+    point = end.p + end.A @ own.point
+    found = away_from(at, point)
+    return Place(-found.gap, found.normal, point, own.share + 0.0 * found.gap)
 
 
 @kernel
-def hull_corner(numbers: Any, i: int, ends: Any, met: Any) -> Any:
+def hull_corner(at: AtState, i: int, met: HullMet) -> Place:
     """Return the place of a corner with its share."""
-    depth, normal, point, share = corner(numbers, i, ends)
-    deepest, total = met
-    pressed = softened(numbers, depth)
-    part = share + 0.0 * depth
-    if pressed.real > 0.0:
-        if total.real <= 0.0:
-            deepest, total = alike(numbers, normal, ends)
-        part = weight(numbers, i, normal, pressed, deepest, ends) / total
-    return depth, normal, point, part
+    place = corner(at, i)
+    pressed = softened(at.own, place.depth)
+    if pressed.real <= 0.0:
+        return place
+    if met.total.real <= 0.0:
+        met = alike(at, place.normal)
+    return Place(place.depth, place.normal, place.point, weight(at, i, place.normal, pressed, met.deepest) / met.total)
 
 
 @kernel
-def alike(numbers: Any, normal: Numbers, ends: Any) -> Any:
+def alike(at: AtState, normal: Vector) -> HullMet:
     """Return the largest depth along a normal, and the sum of the weights of all corners there.
 
     The corners that touch another wall of a room count by the cosine of the angle between both.
     """
-    zero = 0.0 * ends[P]
-    deepest, total, count = zero, zero, int(numbers[AT.points])
-    for i in range(count):
-        depth, own, _, _ = corner(numbers, i, ends)
-        pressed = softened(numbers, depth) * dot(own, normal)
+    deepest = total = 0.0 * normal.x
+    for i in range(int(at.own.count)):
+        place = corner(at, i)
+        pressed = softened(at.own, place.depth) * dot(place.normal, normal)
         if pressed.real > deepest.real:
             deepest = pressed
-    if deepest.real <= 0.0:
-        return deepest, total
-    for i in range(count):
-        depth, own, _, _ = corner(numbers, i, ends)
-        pressed, cosine = softened(numbers, depth), dot(own, normal)
-        if pressed.real > 0.0 and cosine.real > 0.0:
-            total += cosine * weight(numbers, i, own, cosine * pressed, deepest, ends)
-    return deepest, total
+    if deepest.real > 0.0:
+        for i in range(int(at.own.count)):
+            place = corner(at, i)
+            pressed, cosine = softened(at.own, place.depth), dot(place.normal, normal)
+            if pressed.real > 0.0 and cosine.real > 0.0:
+                total += cosine * weight(at, i, place.normal, cosine * pressed, deepest)
+    return HullMet(deepest, total)
 
 
 @kernel
-def weight(numbers: Any, i: int, normal: Numbers, pressed: Any, deepest: Any, ends: Any) -> Any:
+def weight(at: AtState, i: int, normal: Vector, pressed: Any, deepest: Any) -> Any:
     """Return what a corner has before it is shared out: of its faces, and as far as it is as deep as the deepest."""
-    first = int(numbers[AT.faces]) + 2 * i
-    at, count = int(numbers[AT.faces] + numbers[first]), int(numbers[first + 1])
-    along = rotated_back(nine(ends, end_of(numbers, i) + A), normal)
-    x = pressed / deepest
+    first = int(at.own.faces)
+    faces = CornerFaces(at.numbers, first + CORNER_FACES * i)
+    along, x = end_of(at, i).A.T @ normal, pressed / deepest
     of_faces = 0.0 * x
-    for face in range(at, at + OF_FACE * count, OF_FACE):
-        square = 2.0 + 2.0 * dot(along, three(numbers, face))
-        of_faces += numbers[face + 3] / (square * square + FLAT)
+    for k in range(int(faces.count)):
+        face = HullFace(at.numbers, first + int(faces.start) + HULL_FACE * k)
+        square = 2.0 + 2.0 * dot(along, face.normal)
+        of_faces += face.part / (square * square + FLAT)
     return of_faces * x * x * (3.0 - 2.0 * x) if x.real < 1.0 else of_faces + 0.0 * x

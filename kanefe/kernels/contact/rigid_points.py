@@ -5,31 +5,22 @@ The equations are those of `kanefe.contact.rigid.meeting` and `kanefe.contact.ri
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections import namedtuple
+from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    cross,
-    dot,
-    minus,
-    norm,
-    plus,
-    put,
-    rotated,
-    rotated_back,
-    three,
-    times,
-    vector,
-)
+from kanefe.kernels.algebra.lengths import across, beside, norm
+from kanefe.kernels.algebra.vectors import Numbers, as_matrix, as_vector, numbers_of, three, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.contact_shapes import PLANE, distance, normal_rate
+from kanefe.kernels.contact.contact_shapes import Plane, ShapeKind, distance, normal_rate
 from kanefe.kernels.contact.falling import AT, STEADY_NUMBERS, steady_coefficient
 from kanefe.kernels.force_elements.blocks import places
 from kanefe.kernels.layout import Y, Z
 from kanefe.kernels.loads.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
 from kanefe.kernels.tables import RigidPoints
+from kanefe.kernels.values.records import Record, Rows, column
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
 ON_SURFACE, OF_PROBE, STATUS, SHAPE, HAS_FRICTION, HAS_MARK, FIRST_STATE, CONTACT, LAW, TELLS = range(10)
 """Columns of the integers of a point: rows of the surface and of the probe (-1: N); where its status is among the
@@ -65,32 +56,12 @@ kept."""
 TURNED = 0.5
 """Cosine of the angle by which a slip turns until its direction is stored again."""
 
-
-class PointConstants(NamedTuple):
-    """Numbers of a point: its centre in the axes of its end, m; then see `kanefe.contact.geometry.shape.Probe`.
-
-    Attributes
-    ----------
-    restitution : float
-    stiffness, exponent : float
-        Of an impact that contacts share by them.
-    belt : ndarray, shape (3,)
-        Velocity of the surface in its axes, m/s.
-    friction : ndarray
-        `SteadyNumbers`.
-    """
-
-    point: Any
-    radius: Any
-    ring: Any
-    axis: Any
-    share: Any
-    restitution: Any
-    stiffness: Any
-    exponent: Any
-    belt: Any
-    friction: Any
-
+PointConstants = namedtuple(
+    "PointConstants", "point radius ring axis share restitution stiffness exponent belt friction"
+)
+"""Numbers of a point: its centre in the axes of its end, m; then see `kanefe.contact.geometry.shape.Probe`. `stiffness,
+exponent`: of an impact that contacts share by them; `belt`: velocity of the surface in its axes, m/s; `friction`:
+`SteadyNumbers`."""
 
 OF_POINT = places(PointConstants, point=3, axis=3, belt=3)
 HOLDING = int(OF_POINT.friction) + int(AT.holding)
@@ -98,28 +69,33 @@ HOLDING = int(OF_POINT.friction) + int(AT.holding)
 POINT_CONSTANTS = int(OF_POINT.friction) + STEADY_NUMBERS
 
 
-class MetNumbers(NamedTuple):
+class Meeting(Record):
     """What is known of a point that meets a surface: see `kanefe.contact.rigid.meeting.Meeting`.
 
     Attributes
     ----------
-    tangential : ndarray, shape (3,)
+    rates, remainder : Vector
+        Along the normal and both directions.
+    tangential : Vector
         Friction of what slips for a unit of the normal force, in N.
     """
 
-    gap: Any
-    place: Any
-    point: Any
-    normal: Any
-    first: Any
-    second: Any
-    rates: Any
-    remainder: Any
-    tangential: Any
+    gap: float
+    place: Vector
+    point: Vector
+    normal: Vector
+    first: Vector
+    second: Vector
+    rates: Vector
+    remainder: Vector
+    tangential: Vector
 
 
-MET = places(MetNumbers, place=3, point=3, normal=3, first=3, second=3, rates=3, remainder=3)
-MET_NUMBERS = int(MET.tangential) + 3
+Meetings = Rows[Meeting]
+
+
+MET: Any = namedtuple("MetNumbers", list(Meeting.fields))(*(column(Meeting, name) for name in Meeting.fields))
+MET_NUMBERS = Meeting.number_count
 
 
 def no_rigid_points() -> RigidPoints:
@@ -151,99 +127,91 @@ def motion_of_marker(  # type: ignore[no-untyped-def]
     if row < 0:
         fall = (zero - gravity[0], zero - gravity[1], zero - gravity[2])
         return p, axes, v, w, fall, (zero, zero, zero)
-    turn = vector(work, row, Y)
-    return p, axes, v, w, plus(vector(work, row, Z), plus(cross(turn, lever), cross(w, cross(w, lever)))), turn
+    turn, rate, arm = as_vector(vector(work, row, Y)), as_vector(w), as_vector(lever)
+    moved = as_vector(vector(work, row, Z)) + cross(turn, arm) + cross(rate, cross(rate, arm))
+    return p, axes, v, w, numbers_of(moved), numbers_of(turn)
+
+
+MarkerMotion = namedtuple("MarkerMotion", "p A v w Z Y")
+"""Position, axes, velocity, angular velocity, Z and Y of a marker."""
+
+
+@inlined
+def moving(points: RigidPoints, n: int, row: int, gravity: np.ndarray, work: np.ndarray) -> MarkerMotion:
+    """Return how a marker moves."""
+    lever = lever_of(points.markers, n, row, work)
+    p, A, v, w, Z, Y = motion_of_marker(points.markers, n, row, lever, gravity, work)
+    return MarkerMotion(as_vector(p), as_matrix(A), as_vector(v), as_vector(w), as_vector(Z), as_vector(Y))
 
 
 @kernel
 def meet(points: RigidPoints, p: int, gravity: np.ndarray, work: np.ndarray, met: np.ndarray) -> None:
     """Write where and how a point meets its surface, but for what rubs, after an outward sweep."""
-    at, own = points.places[p], points.numbers[p]
-    row_a, row_b = at[ON_SURFACE], at[OF_PROBE]
-    lever_a, lever_b = lever_of(points.markers, 2 * p, row_a, work), lever_of(points.markers, 2 * p + 1, row_b, work)
-    p_a, A_a, v_a, w_a, Z_a, Y_a = motion_of_marker(points.markers, 2 * p, row_a, lever_a, gravity, work)
-    p_b, A_b, v_b, w_b, Z_b, Y_b = motion_of_marker(points.markers, 2 * p + 1, row_b, lever_b, gravity, work)
-    spoke = rotated(A_b, three(own, OF_POINT.point))
-    spoke_rate = cross(w_b, spoke)
-    shape, zero = at[SHAPE], 0.0 * p_a[0]
-    if own[OF_POINT.ring] > 0.0:  # on a plane alone: its normal stays in the surface
-        n0 = three(points.shapes, shape + 1)
-        down, down_rate = _lowest(rotated(A_a, n0), cross(w_a, rotated(A_a, n0)), A_b, three(own, OF_POINT.axis), w_b)
-        spoke = plus(spoke, times(own[OF_POINT.ring], down))
-        spoke_rate = plus(spoke_rate, times(own[OF_POINT.ring], down_rate))
-    arm = minus(plus(p_b, spoke), p_a)
-    place = rotated_back(A_a, arm)
-    found = distance(points.shapes, shape, place)
-    own_normal = (found[1], found[2], found[3])
-    n = rotated(A_a, own_normal)
-    n_rate = cross(w_a, n)
-    if int(points.shapes[shape]) != PLANE:
-        past = rotated_back(A_a, minus(plus(v_b, spoke_rate), plus(v_a, cross(w_a, arm))))
-        n_rate = plus(n_rate, rotated(A_a, normal_rate(points.shapes, shape, place, past)))
-    x, y, least = abs(own_normal[0].real), abs(own_normal[1].real), abs(own_normal[2].real)
-    helper = (zero, zero, zero + 1.0)
-    if x <= y and x <= least:
-        helper = (zero + 1.0, zero, zero)
-    elif y <= least:
-        helper = (zero, zero + 1.0, zero)
-    first = cross(own_normal, helper)
-    first = times(1.0 / norm(first), first)
-    second = rotated(A_a, cross(own_normal, first))
-    first = rotated(A_a, first)
+    at, own, found = points.places[p], points.numbers[p], Meetings(met)[p]
+    a = moving(points, 2 * p, at[ON_SURFACE], gravity, work)
+    b = moving(points, 2 * p + 1, at[OF_PROBE], gravity, work)
+    shape, ring = at[SHAPE], own[OF_POINT.ring]
+    spoke = b.A @ as_vector(three(own, OF_POINT.point))
+    spoke_rate = cross(b.w, spoke)
+    if ring > 0.0:  # on a plane alone: its normal stays in the surface
+        n = a.A @ Plane(points.shapes, shape).normal
+        down, down_rate = _lowest(n, cross(a.w, n), b.A @ as_vector(three(own, OF_POINT.axis)), b.w)
+        spoke += ring * down
+        spoke_rate += ring * down_rate
+    arm = b.p + spoke - a.p
+    place = a.A.T @ arm
+    away = distance(points.shapes, shape, place)
+    n = a.A @ away.normal
+    n_rate = cross(a.w, n)
+    if int(points.shapes[shape]) != ShapeKind.PLANE:
+        past = a.A.T @ (b.v + spoke_rate - (a.v + cross(a.w, arm)))
+        n_rate += a.A @ normal_rate(points.shapes, shape, place, past)
+    first = beside(away.normal)
+    second, first = a.A @ cross(away.normal, first), a.A @ first
     radius = own[OF_POINT.radius]
-    spoke, spoke_rate = minus(spoke, times(radius, n)), minus(spoke_rate, times(radius, n_rate))
-    arm = minus(plus(p_b, spoke), p_a)
-    v = minus(plus(v_b, cross(w_b, spoke)), plus(v_a, cross(w_a, arm)))
-    arm_rate = minus(plus(v_b, spoke_rate), v_a)
-    of_b = plus(Z_b, plus(cross(Y_b, spoke), cross(w_b, spoke_rate)))
-    left = minus(of_b, plus(Z_a, plus(cross(Y_a, arm), cross(w_a, arm_rate))))
-    belt, swept = rotated(A_a, three(own, OF_POINT.belt)), cross(v, w_a)
-    met[p, MET.gap] = found[0] - radius
-    put(met, p, MET.place, place)
-    put(met, p, MET.point, plus(p_b, spoke))
-    put(met, p, MET.normal, n)
-    put(met, p, MET.first, first)
-    put(met, p, MET.second, second)
-    put(met, p, MET.rates, (dot(n, v), dot(first, minus(v, belt)), dot(second, minus(v, belt))))
-    along = plus(left, swept)
-    put(met, p, MET.remainder, (dot(n, left) + dot(n_rate, v), dot(first, along), dot(second, along)))
+    spoke, spoke_rate = spoke - radius * n, spoke_rate - radius * n_rate
+    arm = b.p + spoke - a.p
+    v = b.v + cross(b.w, spoke) - (a.v + cross(a.w, arm))
+    arm_rate = b.v + spoke_rate - a.v
+    left = b.Z + cross(b.Y, spoke) + cross(b.w, spoke_rate) - (a.Z + cross(a.Y, arm) + cross(a.w, arm_rate))
+    along, slip = left + cross(v, a.w), v - a.A @ as_vector(three(own, OF_POINT.belt))
+    found.gap, found.place, found.point = away.gap - radius, place, b.p + spoke
+    found.normal, found.first, found.second = n, first, second
+    found.rates = Vector(dot(n, v), dot(first, slip), dot(second, slip))
+    found.remainder = Vector(dot(n, left) + dot(n_rate, v), dot(first, along), dot(second, along))
 
 
 @inlined
-def _lowest(n: Numbers, n_rate: Numbers, A_b: Numbers, axis: Numbers, w: Numbers) -> tuple[Numbers, Numbers]:
+def _lowest(n: Vector, n_rate: Vector, axis: Vector, w: Vector) -> tuple[Vector, Vector]:
     """Return the direction from the middle of a ring to its lowest point, and its rate; none of one that lies flat."""
-    s = rotated(A_b, axis)
-    s_rate, lean = cross(w, s), dot(s, n)
-    down = minus(times(lean, s), n)
-    lean_rate = dot(s_rate, n) + dot(s, n_rate)
-    down_rate = minus(plus(times(lean_rate, s), times(lean, s_rate)), n_rate)
+    rate, lean = cross(w, axis), dot(axis, n)
+    down = lean * axis - n
+    down_rate = (dot(rate, n) + dot(axis, n_rate)) * axis + lean * rate - n_rate
     size = norm(down)
-    zero = 0.0 * size
     if size.real == 0.0:
-        return (zero, zero, zero), (zero, zero, zero)
-    unit = times(1.0 / size, down)
-    return unit, times(1.0 / size, minus(down_rate, times(dot(unit, down_rate), unit)))
+        return 0.0 * down, 0.0 * down
+    direction = (1.0 / size) * down
+    return direction, (1.0 / size) * across(down_rate, direction)
 
 
 @kernel
 def rub_along(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> None:
     """Write the friction of a point for a unit of its normal force: of one that slips, after `meet`."""
-    zero = 0.0 * met[p, MET.gap]
-    put(met, p, MET.tangential, (zero, zero, zero))
-    if not is_slipping(points, p, z) or points.places[p, HAS_FRICTION] == 0:
-        return
-    a, b, speed = slip_direction(points, p, z, work, met)
-    mu = steady_coefficient(points.numbers[p], OF_POINT.friction, speed)
-    along = plus(times(a, vector(met, p, MET.first)), times(b, vector(met, p, MET.second)))
-    put(met, p, MET.tangential, times(-mu, along))
+    found = Meetings(met)[p]
+    found.tangential = 0.0 * found.first
+    if is_slipping(points, p, z) and points.places[p, HAS_FRICTION] != 0:
+        a, b, speed = slip_direction(points, p, z, work, met)
+        mu = steady_coefficient(points.numbers[p], OF_POINT.friction, speed)
+        found.tangential = -mu * (a * found.first + b * found.second)
 
 
 @inlined
 def kept_along(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> tuple[Any, Any]:
     """Return what a point keeps along both directions of its surface."""
-    row = points.places[p, ON_SURFACE]
-    kept = rotated(axes_of(points.markers, 2 * p, row, work), three(z, points.places[p, STATUS] + KEPT))
-    return dot(vector(met, p, MET.first), kept), dot(vector(met, p, MET.second), kept)
+    found, at = Meetings(met)[p], points.places[p]
+    A = as_matrix(axes_of(points.markers, 2 * p, at[ON_SURFACE], work))
+    kept = A @ as_vector(three(z, at[STATUS] + KEPT))
+    return dot(found.first, kept), dot(found.second, kept)
 
 
 @inlined
@@ -252,7 +220,8 @@ def slip_direction(
 ) -> tuple[Any, Any, Any]:
     """Return the direction of a slip over both directions along the surface, and its speed."""
     a, b = kept_along(points, p, z, work, met)
-    size, x, y = np.sqrt(a * a + b * b), met[p, MET.rates + 1], met[p, MET.rates + 2]
+    rates = Meetings(met)[p].rates
+    size, x, y = np.sqrt(a * a + b * b), rates.y, rates.z
     speed = np.sqrt(x * x + y * y)
     if size.real > 0.0:
         a, b = a / size, b / size
@@ -268,14 +237,15 @@ def slip_direction(
 @inlined
 def left_of_gap(points: RigidPoints, p: int, z: np.ndarray, met: np.ndarray) -> Any:
     """Return the gap of an open point above where it left the surface: see `RigidContact.left_of_gap`."""
-    return met[p, MET.gap] + z[points.places[p, STATUS] + KEPT]
+    return Meetings(met)[p].gap + z[points.places[p, STATUS] + KEPT]
 
 
 @inlined
 def left_of_slip(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> Any:
     """Return what is zero where a slip ends or has turned too far: see `RigidContact.left_of_slip`."""
     a, b = kept_along(points, p, z, work, met)
-    size, x, y = norm(three(z, points.places[p, STATUS] + KEPT)), met[p, MET.rates + 1], met[p, MET.rates + 2]
+    rates, size = Meetings(met)[p].rates, norm(as_vector(three(z, points.places[p, STATUS] + KEPT)))
+    x, y = rates.y, rates.z
     speed = np.sqrt(x * x + y * y)
     along = (x * a + y * b) / (size if size > 0.0 else 1.0)
     return min(along + BACK * size, size - speed) if size > BEGINS else along - TURNED * speed

@@ -5,8 +5,7 @@
         axis: Vector                               # numbers and values, in a row of the array of numbers
         inertia: float
 
-    class Hinges(Rows[Hinge]):
-        "The hinges of a scene."
+    Hinges = Rows[Hinge]
 
     hinges = Hinges(integers, numbers)             # the arrays stay what they are: a record is a view
     hinges[0].inertia += dot(hinges[0].axis, hinges[1].axis)
@@ -40,7 +39,8 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
-from typing import Any, ClassVar, Generic, NamedTuple, TypeVar, get_args
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -399,7 +399,6 @@ class Record:
             else:
                 self._memory = dict(zip(self.memories, (one.reshape(-1) for one in arrays), strict=True))
             return
-            return
         missing = [name for name in self.memories if name not in of._memory]
         if missing:
             raise TypeError(f"a {type(of).__name__} has no {missing[0]}, which a {type(self).__name__} wants")
@@ -464,6 +463,12 @@ def filled(record: type[Record], **values: Any) -> np.ndarray:
     return np.concatenate(parts)
 
 
+def filled_from(source: Any, record: type[Record], **more: Any) -> np.ndarray:
+    """Return the numbers of a record, by name more ones and attributes of an object; None counts as zero."""
+    own = {name: getattr(source, name) for name in record.fields if name not in more}
+    return filled(record, **more, **{name: 0.0 if value is None else value for name, value in own.items()})
+
+
 def column(record: type[Record], name: str) -> int:
     """Return the first column of a field, in the array that has it."""
     field = record.fields[name]
@@ -494,7 +499,7 @@ def allocate(record: type[R], **whole: int) -> tuple[np.ndarray, ...]:
 
 
 class Rows(Generic[R]):
-    """All records of a kind in arrays. Subclasses say which: ``class Links(Rows[Link])``.
+    """All records of a kind in arrays: ``Links = Rows[Link]``, or a subclass of it.
 
     Parameters
     ----------
@@ -505,8 +510,10 @@ class Rows(Generic[R]):
 
     record: type[R]
 
-    def __init_subclass__(cls) -> None:
-        (cls.record,) = get_args(cls.__orig_bases__[0])  # type: ignore[attr-defined]
+    if not TYPE_CHECKING:
+
+        def __class_getitem__(cls, record: type[Record]) -> type[Rows]:
+            return _rows_of(record)
 
     def __init__(self, *arrays: Any) -> None:
         names = self.record.memories
@@ -534,3 +541,10 @@ class Rows(Generic[R]):
 
     def __iter__(self) -> Iterator[R]:
         return (self[i] for i in range(len(self)))
+
+
+@cache
+def _rows_of(record: type[Record]) -> type[Rows[Any]]:
+    name = f"Rows[{record.__module__}.{record.__qualname__}]"
+    globals()[name] = made = type(name, (Rows,), {"record": record})  # numba asks for it by its name
+    return made

@@ -11,9 +11,12 @@ from contact_scenes import LAW, assert_routes_agree, scene_of
 from kanefe import shapes
 from kanefe.contact.convex_numbers import convex_numbers, slots_of
 from kanefe.kernels.compiler.local_numbers import local_numbers
-from kanefe.kernels.contact.convex_distance import gap_along, gap_and_normal
-from kanefe.kernels.contact.convex_edges import DEPTH, OF_SLOT, PLACE, SHARE
+from kanefe.kernels.contact.convex_distance import Simplex, gap_along, gap_and_normal
+from kanefe.kernels.contact.convex_edges import Slot
 from kanefe.kernels.contact.convex_patch import put_slots
+from kanefe.kernels.contact.convex_shapes import ConvexShape, Posed
+from kanefe.kernels.values.records import column
+from kanefe.kernels.values.tensors import Matrix, Vector
 
 G = 9.81
 
@@ -28,24 +31,26 @@ class Pair:
     """Two convex shapes, the first one turned and moved in the axes of the other."""
 
     def __init__(self, one, other, label: str = "pair") -> None:
-        numbers = [convex_numbers(shape) for shape in (one, other)]
-        self.margins = float(numbers[0][0] + numbers[1][0])
-        self._given = np.concatenate(numbers).tolist(), 0, len(numbers[0])
+        self._own, self._other = (ConvexShape(convex_numbers(shape).tolist()) for shape in (one, other))
+        self.margins = self._own.margin + self._other.margin
         self._count = slots_of(one, other, label)
 
     def gap(self, R, x):
         """Return gap, normal and place."""
-        gap, normal, place = gap_and_normal(*self._given, tuple(R.ravel().tolist()), tuple(x), local_numbers())
-        return gap, np.array(normal), np.array(place)
+        gap, normal, place = gap_and_normal(self._posed(R, x), self._other, Simplex(local_numbers()))
+        return gap, np.array(normal.numbers), np.array(place.numbers)
+
+    def _posed(self, R, x) -> Posed:
+        return Posed(self._own, Matrix(*R.ravel().tolist()), Vector(*x))
 
     def along(self, R, x, normal) -> float:
         """Return the gap along a direction."""
-        return gap_along(*self._given, tuple(R.ravel().tolist()), tuple(x), tuple(normal)) - self.margins
+        return gap_along(self._posed(R, x), self._other, Vector(*normal)) - self.margins
 
     def slots(self, R, x):
         """Return the gap, and the places where they touch (n, 8)."""
         room = local_numbers()
-        gap = put_slots(*self._given, tuple(R.ravel().tolist()), tuple(x), self._count, room)
+        gap = put_slots(self._posed(R, x), self._other, self._count, room)
         return gap, np.array(room[: OF_SLOT * self._count]).reshape(-1, OF_SLOT)
 
 
@@ -53,6 +58,7 @@ def nearest(one, R, x, other):
     return Pair(one, other).gap(R, x)
 
 
+OF_SLOT, DEPTH, PLACE, SHARE = Slot.number_count, *(column(Slot, name) for name in ("depth", "place", "share"))
 RANDOM = np.random.default_rng(7)
 CONVEX = {
     "box": shapes.Box((0.4, 0.3, 0.2)),

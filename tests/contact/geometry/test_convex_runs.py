@@ -7,6 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
+from kanefe.loads.action import End
 
 G, MASS = 9.81, 1.0
 
@@ -57,3 +58,24 @@ def test_energy_of_a_face_that_changes_is_told_to_be_of_the_contact():
     scene.add_contact("c", skin, table, normal=kf.HuntCrossley(1e5, damping=0.3), friction=kf.Coulomb(0.4))
     with pytest.warns(kf.SimulationWarning, match="contact 'c', where the face that both shapes share changes"):
         scene.simulate((0.0, 1.0))
+
+
+def test_places_that_carry_nothing_turn_back():
+    """The twist of an anchor without a share of the contact comes back by stiffness over damping, as stretches do."""
+    friction = kf.Coulomb(0.3, stiffness=1e4, damping=20.0, torsional=0.02)
+    (contact,) = cylinder_on_a_box(kf.HuntCrossley(1e6), friction).freeze().loads
+    still = np.eye(3), np.zeros(3), np.zeros(3)
+    states = 1e-3 * np.arange(1.0, 1.0 + len(contact.initial_states))
+    for height in (1.0, -0.01):  # far above, and in the table, where few places carry
+        action = contact.action(0.0, [End(np.array((0, 0, z)), *still) for z in (0.0, height)], states)
+        shares = [
+            touch.share for touch in contact.touches([End(np.array((0, 0, z)), *still) for z in (0.0, height)], states)
+        ]
+        idle = [i for i, share in enumerate(shares) if share == 0.0]
+        assert idle
+        for i in idle:
+            at = contact.turning(i)
+            np.testing.assert_allclose(
+                action.rates[at], -1e4 / 20.0 * states[at], rtol=1e-14
+            )  # a quotient and a product
+    assert np.isfinite(action.rates).all()

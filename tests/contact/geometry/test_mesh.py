@@ -7,7 +7,8 @@ import pytest
 
 import kanefe as kf
 from kanefe import shapes
-from kanefe.kernels.contact.contact_mesh import mesh_distance, on_triangle
+from kanefe.kernels.contact.contact_mesh import Mesh, mesh_distance, on_triangle
+from kanefe.kernels.values.tensors import Vector
 from touched_shapes import ball_mesh
 
 CUBE = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (-0.4, 0.4) for z in (-0.3, 0.3)])
@@ -61,7 +62,7 @@ def test_places_on_vertices_and_edges_have_a_normal():
 def test_the_tree_finds_the_nearest_and_looks_at_few(monkeypatch):
     """Of 2,400 triangles some tens are looked at for a place near the mesh."""
     mesh = shapes.Mesh(*ball_mesh(rings=30, sectors=40))
-    numbers, looked = mesh.numbers, []
+    numbers, looked = Mesh(mesh.listed), []
     module = mesh_distance.__globals__
 
     def counted(*arguments):
@@ -71,10 +72,10 @@ def test_the_tree_finds_the_nearest_and_looks_at_few(monkeypatch):
     monkeypatch.setitem(module, "on_triangle", counted)
     for x in np.random.default_rng(2).standard_normal((4, 3)):
         x *= 0.72 / np.linalg.norm(x)
-        found = mesh_distance(numbers, 0, tuple(x))
+        found = mesh_distance(numbers, Vector(*x))
         distance, normal = brute_distance(mesh, x)
         np.testing.assert_allclose(
-            found, (distance, *normal), rtol=1e-9, atol=1e-11
+            (found.gap, *found.normal), (distance, *normal), rtol=1e-9, atol=1e-11
         )  # directions over a small distance
     assert len(mesh.triangles) == 2400
     assert len(looked) / 4 < 100

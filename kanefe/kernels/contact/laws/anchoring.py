@@ -2,30 +2,44 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, plus, times
+from kanefe.kernels.algebra.lengths import across, norm
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
+from kanefe.kernels.contact.falling import slip_speed
+from kanefe.kernels.contact.laws.friction_law import Rubbed, Sliding
+from kanefe.kernels.values.tensors import Vector
+
+Slip = namedtuple("Slip", "least limit damping speed exponent")
+"""Friction of fast slipping and the limit of what is held, N; damping of what slips, N s/m; over which speed friction
+falls from the limit, m/s, 0: at once, and by which exponent."""
 
 
 @inlined
-def pull_of(k: Any, c: Any, normal: Numbers, along: Numbers, w: Numbers) -> Numbers:
-    """Return what spring and damper of an anchor ask for, of a stretch w and a velocity along the surface."""
-    return plus(times(k, minus(w, times(dot(w, normal), normal))), times(c, along))
+def pull_of(k: Any, c: Any, point: Sliding) -> Vector:
+    """Return what spring and damper of an anchor ask for."""
+    return k * across(point.stretch, point.normal) + c * point.along
 
 
 @inlined
-def kept_of(size: Any, limit: Any, waits: bool) -> Any:
-    """Return the share of a pull that friction can take, at most 1; beyond its limit where an event ends the stick."""
-    most = HELD_BEYOND * limit if waits else limit
-    if size.real <= 0.0 or size.real <= most.real:
-        return 0.0 * size + 1.0
-    return most / size
+def by_anchor(k: Any, c: Any, pull: Vector, size: Any, point: Sliding, slip: Slip) -> Rubbed:
+    """Return what an anchor gives of a pull, whose size is as friction measures it.
 
-
-@inlined
-def given_way(k: Any, c: Any, pull: Numbers, w: Numbers, kept: Any) -> tuple[Numbers, Numbers]:
-    """Return the drag of a pull of which a share is kept, and the rate of the stretch."""
-    tangential = times(kept, pull)
-    return tangential, times(1.0 / c, minus(tangential, times(k, w)))
+    What is held gives way beyond the limit, or beyond somewhat more where an event ends the stick. With s the speed of
+    the slip, ``c s`` is what falling friction leaves of the pull: ``damping s + F(s) = size``.
+    """
+    kept = 0.0 * size + 1.0
+    if point.is_held or slip.speed == 0.0:
+        limit = slip.limit if point.is_held else slip.least
+        most, beyond = HELD_BEYOND * limit if point.waits else limit, size - limit
+        if size.real > 0.0 and size.real > most.real:
+            kept = most / size
+    else:
+        if size.real > 0.0:
+            fall = slip.limit - slip.least
+            kept -= c * slip_speed(size, slip.least, fall, slip.damping, slip.speed, slip.exponent) / size
+        beyond = size * (1.0 - kept)
+    force = kept * pull
+    return Rubbed(force, (1.0 / c) * (force - k * point.stretch), k, (1.0 - kept) * norm(pull) / c, beyond)

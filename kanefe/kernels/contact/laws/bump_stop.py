@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -11,35 +11,30 @@ from kanefe.arguments import positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers as as_numbers
 from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.contact.laws.normal_law import NormalLaw
-from kanefe.kernels.contact.laws.table_law import PIECE, of_pieces, tabulated
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing
+from kanefe.kernels.contact.laws.table_law import Piece, Pieces, of_pieces, tabulated
+from kanefe.kernels.values.records import Behind, Record
 
 BUMP_STOP = 4.0
 
 
-class BumpStopNumbers(NamedTuple):
+class BumpStopNumbers(Record):
     """Numbers of `BumpStop`, in its words and units, and those of its table."""
 
     hysteresis: float
     turning: float
     length: float
-    pieces: Any
-
-
-AT = places(BumpStopNumbers)
+    pieces: Annotated[Any, Behind()]
 
 
 @inlined
-def with_hysteresis(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+def with_hysteresis(numbers: Any, at: int, point: Pressing) -> NormalForce:
     """Return what a table with hysteresis gives: see `NormalLaw.law`."""
-    elastic, energy = of_pieces(numbers, int(numbers[at + AT.length]), at + AT.pieces, share, depth)
+    own, rate, branch = BumpStopNumbers(numbers, at), point.rate, point.branch
+    elastic, energy = of_pieces(Pieces(own.pieces), int(own.length), point)
     speed = rate if rate.real >= 0.0 else -rate
-    return (
-        elastic * (1.0 + numbers[at + AT.hysteresis] * branch),
-        elastic,
-        energy,
-        (rate - speed * branch) / numbers[at + AT.turning],
+    return NormalForce(
+        elastic * (1.0 + own.hysteresis * branch), elastic, energy, (rate - speed * branch) / own.turning
     )
 
 
@@ -77,6 +72,7 @@ class BumpStop(NormalLaw):
     """
 
     kind = BUMP_STOP
+    numbers = BumpStopNumbers
     law = staticmethod(with_hysteresis)
     has_branch = True
     stiffness: float = 0.0
@@ -85,7 +81,7 @@ class BumpStop(NormalLaw):
     turning: float = 0.0
     depths: tuple[float, ...] = ()
     forces: tuple[float, ...] = ()
-    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, PIECE)), compare=False, repr=False)
+    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, Piece.number_count)), compare=False, repr=False)
 
     def __init__(self, depths: Any, forces: Any, hysteresis: float, turning: float) -> None:
         share = as_numbers(hysteresis)
@@ -95,6 +91,6 @@ class BumpStop(NormalLaw):
         self._set(turning=positive(turning, "turning of BumpStop"))
 
     @property
-    def block(self) -> BumpStopNumbers:
-        """Its numbers for compiled code."""
-        return BumpStopNumbers(self.hysteresis, self.turning, len(self.pieces), self.pieces)
+    def length(self) -> int:
+        """Number of pieces of the table."""
+        return len(self.pieces)

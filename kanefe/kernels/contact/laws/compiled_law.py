@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, NoReturn
+from typing import Annotated, Any, NoReturn
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.addresses import law_in_python
 from kanefe.kernels.compiler.calls import call_law
 from kanefe.kernels.compiler.foreign import address_of
-from kanefe.kernels.contact.laws.normal_law import NormalLaw
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing
+from kanefe.kernels.values.records import Behind, Record
 
 BY_FUNCTION = 3.0
 LOOKED_AT = (1e-3, 0.1, 0.5, 1.0)
@@ -33,28 +33,29 @@ AT_NOTHING = 1e-6
 """Fraction of a depth, and of its energy, below which the energy counts as zero."""
 
 
-class FunctionNumbers(NamedTuple):
+class FunctionNumbers(Record):
     """Numbers of `CompiledLaw`: where its function is, whether that writes derivatives, and its constants."""
 
     address: float
     has_slopes: float
-    constants: Any
+    constants: Annotated[Any, Behind()]
 
 
-AT = places(FunctionNumbers)
+CONSTANTS = FunctionNumbers.number_count
 
 
 @kernel
-def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+def by_function(numbers: Any, at: int, point: Pressing) -> NormalForce:
     """Return what a function of the user gives: see `NormalLaw.law`.
 
     It takes real numbers; complex ones, which carry derivatives, are led through its slopes.
     """
-    address, own = int(numbers[at + AT.address]), at + AT.constants
+    given, depth, rate, share = FunctionNumbers(numbers, at), point.depth, point.rate, point.share
+    address, own = int(given.address), at + CONSTANTS
     d, v = depth.real, rate.real
     force, elastic, energy, by_depth, by_rate = call_law(address, d, v, numbers, own)
     d_beside, v_beside = depth - d, rate - v
-    if numbers[at + AT.has_slopes] == 0.0 and (d_beside.imag != 0.0 or v_beside.imag != 0.0):
+    if given.has_slopes == 0.0 and (d_beside.imag != 0.0 or v_beside.imag != 0.0):
         h, h_rate = STEP * d, STEP * abs(v) + LEAST_STEP
         over, under = call_law(address, d + h, v, numbers, own)[0], call_law(address, d - h, v, numbers, own)[0]
         by_depth = (over - under) / (2.0 * h)
@@ -64,7 +65,7 @@ def by_function(numbers: Any, at: int, share: float, depth: Any, rate: Any, more
     normal_force = share * (force + by_depth * d_beside + by_rate * v_beside)
     # what is taken is told, and nothing follows from it: the slope of the force serves for that of its elastic part
     elastic_part = share * (elastic + (by_depth if force >= 0.0 else 0.0) * d_beside)
-    return normal_force, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate
+    return NormalForce(normal_force, elastic_part, share * (energy + elastic * d_beside), 0.0 * rate)
 
 
 @checked("slopes")
@@ -118,6 +119,7 @@ class CompiledLaw(NormalLaw):
     """
 
     kind = BY_FUNCTION
+    numbers = FunctionNumbers
     law = staticmethod(by_function)
     stiffness: float = 0.0
     damping: float = field(default=0.0, init=False)
@@ -151,11 +153,6 @@ class CompiledLaw(NormalLaw):
         """Where the function is in this process."""
         return address_of(self.function, "the function of CompiledLaw")
 
-    @property
-    def block(self) -> FunctionNumbers:
-        """Its numbers for compiled code."""
-        return FunctionNumbers(self.address, self.has_slopes, self.constants)
-
 
 def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: bool) -> np.ndarray:
     """Return the values of a function at the checked depths; a ModelError says what is wrong with them."""
@@ -176,26 +173,25 @@ def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: 
     for (d, rate), values in zip(at, given, strict=True):
         h, h_rate = STEP * d, STEP * abs(rate) + LEAST_STEP
         elastic = "elastic part, out[1], is not the derivative of its energy, out[2],"
-        _check_slope(f, elastic, 1, 2, (d, rate), (h, 0.0), force)
+        _check_slope(f, elastic, (1, 2), (d, rate), (h, 0.0), force)
         if has_slopes and values[0] > 0.0:
             _check_slope(
-                f, "slope, out[3], is not that of its force by depth", 3, 0, (d, rate), (h, 0.0), force / depth
+                f, "slope, out[3], is not that of its force by depth", (3, 0), (d, rate), (h, 0.0), force / depth
             )
-            _check_slope(f, "slope, out[4], is not that of its force by rate", 4, 0, (d, rate), (0.0, h_rate), 0.0)
+            _check_slope(f, "slope, out[4], is not that of its force by rate", (4, 0), (d, rate), (0.0, h_rate), 0.0)
     return given
 
 
 def _check_slope(
     f: Callable[[float, float], np.ndarray],
     what: str,
-    slope: int,
-    value: int,
+    places: tuple[int, int],
     at: tuple[float, float],
     step: tuple[float, float],
     large: float,
 ) -> None:
     """Raise a ModelError if a number is not the slope of another: not between both one-sided ones, as at a kink."""
-    (d, rate), (h, h_rate), size = at, step, max(step)
+    (slope, value), (d, rate), (h, h_rate), size = places, at, step, max(step)
     middle, given = f(d, rate)[value], f(d, rate)[slope]
     low, high = f(d - h, rate - h_rate)[value], f(d + h, rate + h_rate)[value]
     sides = sorted(((middle - low) / size, (high - middle) / size))

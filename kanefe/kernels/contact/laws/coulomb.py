@@ -3,26 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 
 from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
-from kanefe.frames import Vector, direction, numbers
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, norm, rotated, three, times
+from kanefe.frames import direction, numbers
+from kanefe.kernels.algebra.lengths import across, norm, unit
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.contact.falling import SteadyNumbers, slip_speed
-from kanefe.kernels.contact.laws.anchoring import given_way, kept_of, pull_of
-from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, check_numbers
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.contact.falling import SteadyNumbers
+from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
+from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
+from kanefe.kernels.values.records import Record, filled_from
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
 COULOMB = 1.0
 GAUSSIAN = 2.0
 """Exponent of the decrease from static friction."""
 
 
-class CoulombNumbers(NamedTuple):
+class CoulombNumbers(Record):
     """Numbers of `Coulomb`, in its words and units."""
 
     mu_along: float
@@ -33,55 +34,28 @@ class CoulombNumbers(NamedTuple):
     damping: float
     torsional: float
     rolling: float
-    along: Any
-
-
-AT = places(CoulombNumbers)
+    axis: Vector
 
 
 @kernel
-def coulomb(
-    numbers: Any,
-    at: int,
-    share: float,
-    normal_force: Any,
-    normal: Numbers,
-    A_s: Numbers,
-    along: Numbers,
-    w: Numbers,
-    is_held: bool,
-    waits: bool,
-) -> Any:
+def coulomb(numbers: Any, at: int, point: Sliding) -> Rubbed:
     """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`."""
-    k, c = share * numbers[at + AT.stiffness], share * numbers[at + AT.damping]
-    pull = pull_of(k, c, normal, along, w)
-    size, mu = measured(numbers, at, pull, normal, A_s)
-    ratio, speed = numbers[at + AT.static_ratio], numbers[at + AT.stribeck_speed]
-    if is_held or speed == 0.0:
-        limit = mu * ratio * normal_force if is_held else mu * normal_force
-        kept, beyond = kept_of(size, limit, waits), size - limit
-    else:
-        kept = 0.0 * size + 1.0
-        if size.real > 0.0:
-            kept = (
-                kept
-                - c * slip_speed(size, mu * normal_force, (ratio - 1.0) * mu * normal_force, c, speed, GAUSSIAN) / size
-            )
-        beyond = size * (1.0 - kept)
-    tangential, w_rate = given_way(k, c, pull, w, kept)
-    return tangential, w_rate, k, (1.0 - kept) * norm(pull) / c, beyond
+    own = CoulombNumbers(numbers, at)
+    k, c = point.share * own.stiffness, point.share * own.damping
+    pull = pull_of(k, c, point)
+    size, mu = measured(own, pull, point)
+    least = mu * point.pressed
+    return by_anchor(k, c, pull, size, point, Slip(least, own.static_ratio * least, c, own.stribeck_speed, GAUSSIAN))
 
 
 @kernel
-def measured(numbers: Any, at: int, pull: Numbers, normal: Numbers, A_s: Numbers) -> Any:
+def measured(own: CoulombNumbers, pull: Vector, point: Sliding) -> tuple[Any, float]:
     """Return the size of a pull and the coefficient it is measured by; of two coefficients both as of one."""
-    mu = numbers[at + AT.mu_along]
-    if numbers[at + AT.mu_across] == mu:
+    mu = own.mu_along
+    if own.mu_across == mu:
         return norm(pull), mu
-    first = rotated(A_s, three(numbers, at + AT.along))
-    first = minus(first, times(dot(first, normal), normal))
-    first = times(1.0 / norm(first), first)
-    x, y = dot(pull, first) / mu, dot(pull, cross(normal, first)) / numbers[at + AT.mu_across]
+    first = unit(across(point.A_s @ own.axis, point.normal))
+    x, y = dot(pull, first) / mu, dot(pull, cross(point.normal, first)) / own.mu_across
     return np.sqrt(x * x + y * y), 1.0
 
 
@@ -137,6 +111,7 @@ class Coulomb(AnchoredFriction):
     rolling: float = 0.0
 
     kind = COULOMB
+    numbers = CoulombNumbers
 
     def __post_init__(self) -> None:
         mu = numbers(self.mu)
@@ -162,17 +137,11 @@ class Coulomb(AnchoredFriction):
         plain_numbers(self)
 
     @property
-    def block(self) -> CoulombNumbers:
+    def block(self) -> np.ndarray:
         """Its numbers for compiled code."""
-        return CoulombNumbers(
-            *self.coefficients,
-            self.static_ratio,
-            self.stribeck_speed,
-            *self.anchor(1.0, 0.0),
-            self.torsional,
-            self.rolling,
-            direction(self.along, "along of Coulomb"),
-        )
+        along, across = self.coefficients
+        axis = direction(self.along, "along of Coulomb")
+        return filled_from(self, CoulombNumbers, mu_along=along, mu_across=across, axis=axis)
 
     @property
     def has_memory(self) -> bool:
@@ -211,7 +180,7 @@ class Coulomb(AnchoredFriction):
         return SteadyNumbers(self.sliding, self.holding, self.stribeck_speed, GAUSSIAN)
 
     @property
-    def axis(self) -> Vector | None:
+    def axis(self) -> np.ndarray | None:
         """The direction of the first of two coefficients, in axes of the surface; None: there is but one."""
         return direction(self.along, "along of Coulomb") if len(set(self.coefficients)) > 1 else None
 

@@ -5,27 +5,87 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient
+from kanefe.kernels.values.records import Record, filled_from
 
 STIFFNESS_RATIO = 1.0
 """Default stiffness of an anchor relative to that of the normal law."""
 
 
+class Sliding(NamedTuple):
+    """What a law is asked about: a point that touches.
+
+    Attributes
+    ----------
+    share : float
+        Of the contact, that the point has.
+    pressed : float
+        Normal force, N.
+    normal, along, stretch : Vector
+        Normal; velocity along the surface, m/s; stretch, m; in N.
+    A_s : Matrix
+        From the axes of the surface to those of N.
+    is_held : bool
+        Whether it sticks as far as that is remembered.
+    waits : bool
+        Whether an event ends the sticking: see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`.
+    rests : bool
+        Whether the stretch follows the motion from a state of rest.
+    """
+
+    share: Any
+    pressed: Any
+    normal: Any
+    A_s: Any
+    along: Any
+    stretch: Any
+    is_held: bool
+    waits: bool
+    rests: bool
+
+
+class Rubbed(NamedTuple):
+    """What a law gives.
+
+    Attributes
+    ----------
+    force : Vector
+        Friction, N, against the motion.
+    stretch_rate : Vector
+        m/s.
+    stiffness : float
+        Whose energy is in the stretch, N/m.
+    slip : float
+        Speed of the slip, m/s.
+    beyond : float
+        The pull beyond what friction holds, or what of it slips, N.
+    """
+
+    force: Any
+    stretch_rate: Any
+    stiffness: Any
+    slip: Any
+    beyond: Any
+
+
 class FrictionLaw(ABC):
     """A law of friction at a point of a contact: what a stretch along the surface and the motion give there.
 
-    A law is a file beside this one: a class for the user, which checks what it is given and has it as a named `block`
-    of numbers, and the function of these numbers that is compiled, called by `rub` of the table of laws. A point has
+    A law is a file beside this one: a class for the user, which checks what it is given, a record of its numbers, which
+    are its attributes, and the function of these that is compiled, called by `rub` of the table of laws. A point has
     three internal states for it, the stretch in axes of the surface, m.
 
     Attributes
     ----------
     kind : float
         By which `rub` knows the law.
+    numbers : Record
     holds : bool
         Whether what sticks stays where it is: it slips and sticks at moments that a run tells. Else it creeps.
     turning_states : int
@@ -33,15 +93,16 @@ class FrictionLaw(ABC):
     """
 
     kind: ClassVar[float]
+    numbers: ClassVar[type[Record]]
     holds: ClassVar[bool] = False
     turning_states: int = 0
     torsional: float = 0.0
     rolling: float = 0.0
 
     @property
-    @abstractmethod
-    def block(self) -> tuple[Any, ...]:
-        """Its numbers for compiled code."""
+    def block(self) -> np.ndarray:
+        """Its numbers for compiled code; what it lacks yet counts as zero."""
+        return filled_from(self, self.numbers)
 
     @property
     def has_memory(self) -> bool:

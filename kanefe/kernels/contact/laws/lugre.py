@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, times
+from kanefe.kernels.algebra.lengths import across, norm
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.contact.falling import still_to_fall
-from kanefe.kernels.contact.laws.friction_law import FrictionLaw, check_numbers
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.contact.laws.friction_law import FrictionLaw, Rubbed, Sliding, check_numbers
+from kanefe.kernels.values.records import Record
 
 LUGRE = 2.0
 
@@ -21,7 +21,7 @@ STEADY = 0.99
 """Deflection relative to that of steady sliding from which bristles are reported to slip."""
 
 
-class LuGreNumbers(NamedTuple):
+class LuGreNumbers(Record):
     """Numbers of `LuGre`, in its words and units."""
 
     sigma0: float
@@ -32,27 +32,22 @@ class LuGreNumbers(NamedTuple):
     stribeck_speed: float
 
 
-AT = places(LuGreNumbers)
-
-
 @kernel
-def lugre(numbers: Any, at: int, normal_force: Any, normal: Numbers, v: Numbers, z: Numbers, rests: bool) -> Any:
+def lugre(numbers: Any, at: int, point: Sliding) -> Rubbed:
     """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`.
 
     About a state of rest the bristles follow the motion.
     """
-    stiffness, speed, least = numbers[at + AT.sigma0], norm(v), numbers[at + AT.coulomb]
-    left = still_to_fall(speed, numbers[at + AT.stribeck_speed], 2.0)[1]
-    g = least * (1.0 + (numbers[at + AT.static] / least - 1.0) * left)
+    own, v, z = LuGreNumbers(numbers, at), point.along, point.stretch
+    speed, least = norm(v), own.coulomb
+    g = least * (1.0 + (own.static / least - 1.0) * still_to_fall(speed, own.stribeck_speed, 2.0)[1])
     rate = v
-    if not rests:
-        rate = minus(v, times(stiffness * speed / g, z))
-    flat, flat_rate = minus(z, times(dot(z, normal), normal)), minus(rate, times(dot(rate, normal), normal))
-    tangential = plus(
-        times(stiffness, flat), plus(times(numbers[at + AT.sigma1], flat_rate), times(numbers[at + AT.sigma2], v))
-    )
-    beyond = normal_force * (stiffness * norm(flat) - STEADY * g)
-    return times(normal_force, tangential), rate, 0.0, norm(minus(v, rate)), beyond
+    if not point.rests:
+        rate = v - (own.sigma0 * speed / g) * z
+    flat = across(z, point.normal)
+    force = own.sigma0 * flat + (own.sigma1 * across(rate, point.normal) + own.sigma2 * v)
+    beyond = point.pressed * (own.sigma0 * norm(flat) - STEADY * g)
+    return Rubbed(point.pressed * force, rate, 0.0 * point.share, norm(v - rate), beyond)
 
 
 @dataclass(frozen=True)
@@ -96,6 +91,7 @@ class LuGre(FrictionLaw):
     stribeck_speed: float
 
     kind = LUGRE
+    numbers = LuGreNumbers
 
     def __post_init__(self) -> None:
         for name in ("sigma0", "sigma1", "coulomb", "stribeck_speed"):
@@ -105,11 +101,6 @@ class LuGre(FrictionLaw):
         if static.shape != () or not self.coulomb <= static < math.inf:
             raise ModelError(f"static of LuGre must be a number of at least coulomb = {float(self.coulomb):g}")
         plain_numbers(self)
-
-    @property
-    def block(self) -> LuGreNumbers:
-        """Its numbers for compiled code."""
-        return LuGreNumbers(self.sigma0, self.sigma1, self.sigma2, self.coulomb, self.static, self.stribeck_speed)
 
     @property
     def coefficients(self) -> tuple[float, float]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import ABC
 from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
@@ -10,33 +10,65 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.values.records import Record, filled_from
 
 STEP = 1e-30
 """Imaginary step of a depth, m: a step this small has no truncation error."""
 
 
 class Pressed(NamedTuple):
-    """What a law gives: force (N), the part of it that is elastic, and the energy of that (J)."""
+    """What a law gives: force (N), the part of it that is elastic, the energy of that (J), the branch's rate (1/s)."""
 
     force: float
     elastic: float
     potential: float
 
 
+class Pressing(NamedTuple):
+    """What a law is asked about.
+
+    Attributes
+    ----------
+    share : float
+        Of the contact, that the point has.
+    depth, rate : float
+        m, above 0, and m/s.
+    more : float
+        What an impact added to the damping.
+    branch : float
+        Of a hysteresis, -1 to 1.
+    """
+
+    share: Any
+    depth: Any
+    rate: Any
+    more: Any
+    branch: Any
+
+
+class NormalForce(NamedTuple):
+    """What a law gives: force and the elastic part of it (N), the energy of that (J), the rate of the branch (1/s)."""
+
+    force: Any
+    elastic: Any
+    energy: Any
+    branch_rate: Any
+
+
 class NormalLaw(ABC):
     """A normal force on what is a depth within a surface.
 
-    A law is a file beside this one: a class for the user, which checks what it is given and has it as a named `block`
-    of numbers, and the function of these numbers that is compiled, called by `normal_force` of the table of laws.
+    A law is a file beside this one: a class for the user, which checks what it is given, a record of its numbers, which
+    are its attributes, and the function of these that is compiled, called by `normal_force` of the table of laws.
 
     Attributes
     ----------
     kind : float
         By which `normal_force` knows the law.
+    numbers : Record
     law : function
-        (numbers, at, share, depth, rate, more, branch) -> force, elastic part, its energy, and rate of the branch, as
-        `normal_force` of the table of laws has them; a force below 0 does not act.
+        (numbers, at, `Pressing`) -> `NormalForce`, of a list of numbers and where its own begin; a force below 0 does
+        not act.
     stiffness : float
         What counts as such, N/m^exponent; of all points of a contact together, which share it.
     damping : float
@@ -48,6 +80,7 @@ class NormalLaw(ABC):
     """
 
     kind: ClassVar[float] = 0.0
+    numbers: ClassVar[type[Record]]
     law: ClassVar[Callable[..., Any]]
     has_impact: ClassVar[bool] = False
     has_branch: ClassVar[bool] = False
@@ -57,9 +90,9 @@ class NormalLaw(ABC):
     damping: float
 
     @property
-    @abstractmethod
-    def block(self) -> tuple[Any, ...]:
+    def block(self) -> np.ndarray:
         """Its numbers for compiled code."""
+        return filled_from(self, self.numbers)
 
     @property
     def straight(self) -> float | None:
@@ -81,15 +114,15 @@ class NormalLaw(ABC):
             In place of its own.
         """
         more = 0.0 if damping is None else damping - self.damping
-        force, elastic, energy, _ = self._pressed(d, rate, share, more)
-        return Pressed(max(0.0, float(force)), float(elastic), float(energy))
+        found = self._pressed(d, rate, share, more)
+        return Pressed(max(0.0, float(found.force)), float(found.elastic), float(found.energy))
 
     def slope(self, d: float, share: float = 1.0) -> float:
         """Return how fast the force at rest grows with the depth d > 0 (m) of a point with a share of it, N/m."""
-        return float(self._pressed(complex(d, STEP), 0.0 * 1j, share, 0.0)[0].imag) / STEP
+        return float(self._pressed(complex(d, STEP), 0.0 * 1j, share, 0.0).force.imag) / STEP
 
-    def _pressed(self, d: Any, rate: Any, share: float, more: float) -> Any:
-        return self.law(flat(self.block).tolist(), 0, share, d, rate, more, 0.0)
+    def _pressed(self, d: Any, rate: Any, share: float, more: float) -> NormalForce:
+        return self.law(self.block.tolist(), 0, Pressing(share, d, rate, more, 0.0))  # type: ignore[no-any-return]
 
     def _set(self, **values: Any) -> None:
         """Write attributes of a law that is frozen, as it is made."""

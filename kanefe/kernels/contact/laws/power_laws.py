@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -12,13 +12,13 @@ from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.contact.laws.normal_law import NormalLaw, not_negative
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing, not_negative
+from kanefe.kernels.values.records import Record
 
 POWER, KELVIN_VOIGT = 0.0, 1.0
 
 
-class PowerNumbers(NamedTuple):
+class PowerNumbers(Record):
     """Numbers of a power of the depth, in the words and units of `HuntCrossley` and `KelvinVoigt`."""
 
     stiffness: float
@@ -26,34 +26,36 @@ class PowerNumbers(NamedTuple):
     damping: float
 
 
-AT = places(PowerNumbers)
-
-
 @inlined
-def by_power(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+def by_power(numbers: Any, at: int, point: Pressing) -> NormalForce:
     """Return what Hunt and Crossley's law gives: see `NormalLaw.law`; lambda is increased by `more`."""
-    n, damping = numbers[at + AT.exponent], 0.0 * depth + numbers[at + AT.damping] + more
+    own, depth = PowerNumbers(numbers, at), point.depth
+    n, damping = own.exponent, 0.0 * depth + own.damping + point.more
     if n == 1.0:
         power = depth
     elif n == 1.5:
         power = depth * np.sqrt(depth)
     else:
         power = np.exp(n * np.log(depth))
-    elastic = share * numbers[at + AT.stiffness] * power
-    return elastic * (1.0 + damping * rate), elastic, elastic * depth / (n + 1.0), 0.0 * rate
+    elastic = point.share * own.stiffness * power
+    force = elastic * (1.0 + damping * point.rate)
+    return NormalForce(force, elastic, elastic * depth / (n + 1.0), 0.0 * point.rate)
 
 
 @inlined
-def spring_and_damper(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+def spring_and_damper(numbers: Any, at: int, point: Pressing) -> NormalForce:
     """Return what Kelvin and Voigt's law gives: see `NormalLaw.law`."""
-    elastic = share * numbers[at + AT.stiffness] * depth
-    return elastic + share * numbers[at + AT.damping] * rate, elastic, 0.5 * elastic * depth, 0.0 * rate
+    own, depth = PowerNumbers(numbers, at), point.depth
+    elastic = point.share * own.stiffness * depth
+    force = elastic + point.share * own.damping * point.rate
+    return NormalForce(force, elastic, 0.5 * elastic * depth, 0.0 * point.rate)
 
 
 @dataclass(frozen=True)
 class PowerLaw(NormalLaw):
     """A force ``k d^n`` with damping."""
 
+    numbers = PowerNumbers
     law = staticmethod(by_power)
     stiffness: float
     damping: float = 0.0
@@ -67,11 +69,6 @@ class PowerLaw(NormalLaw):
         if exponent.shape != () or not 1.0 <= exponent <= 4.0:
             raise ModelError(f"exponent {label} must be a number of 1 to 4, not {self.exponent!r}")
         plain_numbers(self)
-
-    @property
-    def block(self) -> PowerNumbers:
-        """Its numbers for compiled code."""
-        return PowerNumbers(self.stiffness, self.exponent, self.damping)
 
     @property
     def straight(self) -> float | None:

@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
-from kanefe.kernels.algebra.vectors import Numbers, norm
+from kanefe.kernels.algebra.lengths import norm
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.contact.falling import SteadyNumbers, slip_speed
-from kanefe.kernels.contact.laws.anchoring import given_way, kept_of, pull_of
-from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, check_numbers
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.contact.falling import SteadyNumbers
+from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
+from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
+from kanefe.kernels.values.records import Record
 
 STRIBECK = 3.0
 
 
-class StribeckNumbers(NamedTuple):
+class StribeckNumbers(Record):
     """Numbers of `Stribeck`, in its words and units."""
 
     mu: float
@@ -29,38 +29,15 @@ class StribeckNumbers(NamedTuple):
     damping: float
 
 
-AT = places(StribeckNumbers)
-
-
 @kernel
-def stribeck(
-    numbers: Any,
-    at: int,
-    share: float,
-    normal_force: Any,
-    normal: Numbers,
-    along: Numbers,
-    w: Numbers,
-    is_held: bool,
-    waits: bool,
-) -> Any:
-    """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`.
-
-    With s the speed of the slip, ``c s`` is what friction leaves of the pull: ``c s + N mu(s) = |k w + c v|``.
-    """
-    k, c = share * numbers[at + AT.stiffness], share * numbers[at + AT.damping]
-    pull = pull_of(k, c, normal, along, w)
-    size, limit = norm(pull), numbers[at + AT.breakaway] * normal_force
-    if is_held:
-        kept, beyond = kept_of(size, limit, waits), size - limit
-    else:
-        kept, least = 0.0 * size + 1.0, numbers[at + AT.mu] * normal_force
-        if size.real > 0.0:
-            damping, speed = c + numbers[at + AT.viscous] * normal_force, numbers[at + AT.stribeck_speed]
-            kept = kept - c * slip_speed(size, least, limit - least, damping, speed, numbers[at + AT.exponent]) / size
-        beyond = size * (1.0 - kept)
-    tangential, w_rate = given_way(k, c, pull, w, kept)
-    return tangential, w_rate, k, (1.0 - kept) * size / c, beyond
+def stribeck(numbers: Any, at: int, point: Sliding) -> Rubbed:
+    """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`."""
+    own = StribeckNumbers(numbers, at)
+    k, c = point.share * own.stiffness, point.share * own.damping
+    pull = pull_of(k, c, point)
+    N, damping = point.pressed, c + own.viscous * point.pressed
+    slip = Slip(own.mu * N, own.breakaway * N, damping, own.stribeck_speed, own.exponent)
+    return by_anchor(k, c, pull, norm(pull), point, slip)
 
 
 @dataclass(frozen=True)
@@ -111,6 +88,7 @@ class Stribeck(AnchoredFriction):
     damping: float | None = None
 
     kind = STRIBECK
+    numbers = StribeckNumbers
     has_memory = True
 
     def __post_init__(self) -> None:
@@ -126,12 +104,6 @@ class Stribeck(AnchoredFriction):
                 "the larger, or Coulomb(mu)"
             )
         plain_numbers(self)
-
-    @property
-    def block(self) -> StribeckNumbers:
-        """Its numbers for compiled code."""
-        own = self.mu, self.breakaway, self.stribeck_speed, self.exponent, self.viscous
-        return StribeckNumbers(*own, *self.anchor(1.0, 0.0))
 
     @property
     def coefficients(self) -> tuple[float, float]:

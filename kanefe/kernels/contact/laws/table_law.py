@@ -3,51 +3,60 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Annotated, Any
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.laws.normal_law import NormalLaw, not_negative
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing, not_negative
+from kanefe.kernels.values.records import Behind, Record, Rows
 
 TABLE = 2.0
-PIECE = 6
-"""Number of values of a piece: its start (m), the force and the coefficients of the powers of the depth beyond, the
-energy up to its start (J)."""
 
 
-class TableNumbers(NamedTuple):
+class Piece(Record):
+    """A cubic piece: its start (m), coefficients of the powers of the depth beyond, the energy (J) up to its start."""
+
+    start: float
+    force: float
+    a: float
+    b: float
+    c: float
+    energy: float
+
+
+Pieces = Rows[Piece]
+
+
+class TableNumbers(Record):
     """Numbers of `TableLaw`: s/m, how many pieces there are, and these."""
 
     damping: float
     length: float
-    pieces: Any
-
-
-AT = places(TableNumbers)
+    pieces: Annotated[Any, Behind()]
 
 
 @inlined
-def by_table(numbers: Any, at: int, share: float, depth: Any, rate: Any, more: Any, branch: Any) -> Any:
+def by_table(numbers: Any, at: int, point: Pressing) -> NormalForce:
     """Return what a table with damping gives: see `NormalLaw.law`."""
-    elastic, energy = of_pieces(numbers, int(numbers[at + AT.length]), at + AT.pieces, share, depth)
-    return elastic * (1.0 + numbers[at + AT.damping] * rate), elastic, energy, 0.0 * rate
+    own = TableNumbers(numbers, at)
+    elastic, energy = of_pieces(Pieces(own.pieces), int(own.length), point)
+    return NormalForce(elastic * (1.0 + own.damping * point.rate), elastic, energy, 0.0 * point.rate)
 
 
 @kernel
-def of_pieces(numbers: Any, count: int, first: int, share: float, depth: Any) -> Any:
+def of_pieces(pieces: Pieces, count: int, point: Pressing) -> tuple[Any, Any]:
     """Return the elastic force and its energy by cubic pieces."""
-    piece, last = first, first + PIECE * (count - 1)
-    while piece < last and depth.real > numbers[piece + PIECE]:
-        piece += PIECE
-    f0, a, b, c = numbers[piece + 1], numbers[piece + 2], numbers[piece + 3], numbers[piece + 4]
-    s = depth - numbers[piece]
+    i = 0
+    while i < count - 1 and point.depth.real > pieces[i + 1].start:
+        i += 1
+    piece = pieces[i]
+    f0, a, b, c, s = piece.force, piece.a, piece.b, piece.c, point.depth - piece.start
     force = f0 + s * (a + s * (b + s * c))
-    energy = numbers[piece + 5] + s * (f0 + s * (0.5 * a + s * (b / 3.0 + 0.25 * s * c)))
-    return share * force, share * energy
+    energy = piece.energy + s * (f0 + s * (0.5 * a + s * (b / 3.0 + 0.25 * s * c)))
+    return point.share * force, point.share * energy
 
 
 @dataclass(frozen=True, init=False)
@@ -79,21 +88,22 @@ class TableLaw(NormalLaw):
     """
 
     kind = TABLE
+    numbers = TableNumbers
     law = staticmethod(by_table)
     stiffness: float = 0.0
     damping: float = 0.0
     # two laws are one where these are
     depths: tuple[float, ...] = ()
     forces: tuple[float, ...] = ()
-    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, PIECE)), compare=False, repr=False)
+    pieces: np.ndarray = field(default_factory=lambda: np.zeros((0, Piece.number_count)), compare=False, repr=False)
 
     def __init__(self, depths: Any, forces: Any, damping: float = 0.0) -> None:
         self._set(**tabulated(depths, forces, "of TableLaw"), damping=not_negative(damping, "damping of TableLaw"))
 
     @property
-    def block(self) -> TableNumbers:
-        """Its numbers for compiled code."""
-        return TableNumbers(self.damping, len(self.pieces), self.pieces)
+    def length(self) -> int:
+        """Number of pieces."""
+        return len(self.pieces)
 
 
 def tabulated(depths: Any, forces: Any, label: str) -> dict[str, Any]:
@@ -119,7 +129,7 @@ def _pieces(d: np.ndarray, f: np.ndarray) -> np.ndarray:
     c, b, a, f0 = curve.c
     h = np.diff(d)
     energy = np.cumsum(h * (f0 + h * (a / 2.0 + h * (b / 3.0 + h * c / 4.0))))
-    found = np.zeros((len(d), PIECE))
+    found = np.zeros((len(d), Piece.number_count))
     found[:-1] = np.column_stack((d[:-1], f0, a, b, c, np.append(0.0, energy[:-1])))
     found[-1] = d[-1], f[-1], float(curve(d[-1], 1)), 0.0, 0.0, energy[-1]
     return found

@@ -2,80 +2,69 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, norm, plus, rotated, rotated_back, three, times
+from kanefe.kernels.algebra.lengths import across, norm
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.contact.laws.coulomb import AT
+from kanefe.kernels.contact.laws.coulomb import CoulombNumbers
+from kanefe.kernels.values.tensors import Vector, dot
+
+Turning = namedtuple("Turning", "share lever pressed normal A_s omega gone")
+"""A point that turns on the surface. `share, lever`: of the contact that the point has; from its centre to where it
+touches, m; `pressed`: normal force, N; 0 where it does not touch: anchors then follow; `normal, omega, gone`: normal;
+angular velocity of what touches past the surface, rad/s; how far it turned since a rest, rad; in N; `A_s`: from the
+axes of the surface to those of N."""
+
+Braked = namedtuple("Braked", "moment twist_rate energy taken work")
+"""The moment against turning (N m), the rate of a twist (rad/s), energy, power taken and that of slipping alone."""
+
+Held = namedtuple("Held", "moment energy taken work about_rate rolling_rate")
+"""The moment on the surface, energy, powers, and the rates of twists: about the normal, and in the surface's axes."""
 
 
 @kernel
-def couple(
-    numbers: Any,
-    at: int,
-    share: float,
-    lever: float,
-    pressed: Any,
-    normal: Numbers,
-    A_s: Numbers,
-    omega: Numbers,
-    gone: Numbers,
-    states: Any,
-    first: int,
-    rates: Any,
-    rates_at: int,
-) -> Any:
-    """Return the moment (N m) on the surface, and energy, power taken and that of slipping alone; add to the rates.
+def couple(law: CoulombNumbers, point: Turning, states: Any, first: int) -> Held:
+    """Return what holds a point against turning.
 
-    Parameters
-    ----------
-    numbers : array of float
-        From `at` on those of the law.
-    share, lever : float
-        Of the contact that the point has; from its centre to where it touches, m.
-    pressed : float
-        Normal force, N; 0 where it does not touch: anchors then follow.
-    normal, omega, gone : tuple of 3 floats
-        Normal; angular velocity of what touches past the surface, rad/s; how far it turned since a rest, rad; in N.
-    A_s : tuple of 9 floats
-        From the axes of the surface to those of N.
-    states, rates : array of float
-        From `first` and `rates_at` on: the twist about the normal, rad; that of rolling in axes of the surface, rad.
+    The states from `first` on are the twist about the normal, rad, and that of rolling in axes of the surface, rad, as
+    far as there is friction against them.
     """
-    k, c = share * numbers[at + AT.stiffness], share * numbers[at + AT.damping]
-    zero = 0.0 * pressed
-    moment, energy, taken, work = (zero, zero, zero), zero, zero, zero
-    about, along = times(dot(omega, normal), normal), dot(gone, normal)
-    arm, rolling = numbers[at + AT.torsional], numbers[at + AT.rolling]
-    if arm > 0.0:
-        twist = times(states[first] + along, normal)
-        most = max(numbers[at + AT.mu_along], numbers[at + AT.mu_across]) * arm * pressed
-        tangential, given, energy, taken, work = braked(twist, twist, about, k * arm * arm, c * arm * arm, most)
-        moment = plus(moment, tangential)
-        rates[rates_at] += dot(given, normal)
-        first, rates_at = first + 1, rates_at + 1
-    if rolling > 0.0:
-        twist = plus(rotated(A_s, three(states, first)), minus(gone, times(along, normal)))
-        flat, most = minus(twist, times(dot(twist, normal), normal)), rolling * pressed
-        k, c = k * lever * lever, c * lever * lever
-        tangential, given, more, more_taken, more_work = braked(twist, flat, minus(omega, about), k, c, most)
-        moment = plus(moment, tangential)
-        energy, taken, work = energy + more, taken + more_taken, work + more_work
-        in_surface = rotated_back(A_s, given)
-        for j in range(3):
-            rates[rates_at + j] += in_surface[j]
-    return moment, energy, taken, work
+    normal, zero = point.normal, 0.0 * point.pressed
+    none = Vector(zero, zero, zero)
+    spin = roll = Braked(none, none, zero, zero, zero)
+    about, along = dot(point.omega, normal) * normal, dot(point.gone, normal)
+    if law.torsional > 0.0:
+        twist = (states[first] + along) * normal
+        most = max(law.mu_along, law.mu_across) * law.torsional * point.pressed
+        spin = braked(law, point.share * law.torsional**2, twist, twist, about, most)
+        first += 1
+    if law.rolling > 0.0:
+        twist = point.A_s @ Vector(states[first], states[first + 1], states[first + 2]) + across(point.gone, normal)
+        most = law.rolling * point.pressed
+        roll = braked(law, point.share * point.lever**2, twist, across(twist, normal), point.omega - about, most)
+    return Held(
+        spin.moment + roll.moment,
+        spin.energy + roll.energy,
+        spin.taken + roll.taken,
+        spin.work + roll.work,
+        dot(spin.twist_rate, normal),
+        point.A_s.T @ roll.twist_rate,
+    )
 
 
 @kernel
-def braked(twist: Numbers, along: Numbers, rate: Numbers, k: float, c: float, most: Any) -> Any:
-    """Return the moment against turning, the rate of a twist, energy, power taken and, of slipping alone, its work.
+def braked(law: CoulombNumbers, size: Any, twist: Vector, along: Vector, rate: Vector, most: Any) -> Braked:
+    """Return what an anchor against turning gives, whose stiffness and damping are so many times those of the law.
 
     `twist` is the whole state of the anchor, `along` that of it which follows the motion.
     """
-    pull = plus(times(k, along), times(c, rate))
-    size = norm(pull)
-    tangential = pull if size.real <= most.real else times(most / size, pull)
-    given = times(1.0 / c, minus(tangential, times(k, twist)))
-    work = dot(tangential, minus(rate, given)) if most.real > 0.0 else 0.0 * size
-    return tangential, given, 0.5 * k * dot(twist, twist), dot(tangential, rate) - k * dot(twist, given), work
+    k, c = size * law.stiffness, size * law.damping
+    pull = k * along + c * rate
+    length = norm(pull)
+    moment = pull if length.real <= most.real else (most / length) * pull
+    given = -(law.stiffness / law.damping) * twist
+    if c.real > 0.0:  # what has no share of the contact has an anchor too, which comes back
+        given += (1.0 / c) * moment
+    work = dot(moment, rate - given) if most.real > 0.0 else 0.0 * length
+    return Braked(moment, given, 0.5 * k * dot(twist, twist), dot(moment, rate) - k * dot(twist, given), work)
