@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -148,6 +149,15 @@ def compiled(path: Path, find_key: Callable[[list[str]], int] | None = None) -> 
         if "opening file" in str(error):
             remedy = "put the file there; for a mesh: give the body an <inertial>, then no mesh is needed"
         raise FileError(f"MuJoCo's parser refuses {path}: {' '.join(str(error).split())}. Remedy: {remedy}") from error
+
+
+def with_shapes(path: Path) -> Any:
+    """Return the model of a file with all its shapes, to draw them; None where meshes or others are missing."""
+    mujoco = _import_mujoco()
+    with suppress(ValueError, RuntimeError, mujoco.FatalError), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of what is not read
+        return _parsed(path, mujoco).compile()
+    return None
 
 
 def _parsed(path: Path, mujoco: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +15,9 @@ from kanefe.joints import CoordinateForce, Fixed, Free, Guess, Joint, Planar, Sp
 from kanefe.robots.compensation import Handed
 from kanefe.robots.joint_forces import AxisForces, Coefficients, JointForces, PoseForces, is_linear_law
 from kanefe.robots.pose import Pose
+
+if TYPE_CHECKING:
+    from kanefe.robots.looks import LinkLook
 
 
 @dataclass(frozen=True)
@@ -133,6 +137,7 @@ class Robot:
     couplings: list[Coupling] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
     handed: list[Handed] = field(default_factory=list)
+    looks: list[LinkLook] = field(default_factory=list)
     not_taken: NotTaken = field(default_factory=NotTaken)
 
 

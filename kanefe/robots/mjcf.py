@@ -34,7 +34,7 @@ OFF_BY = {"actuators": ACTUATION, "equalities": EQUALITY}
 """Kind of elements that are not read -> the flag that switches them off."""
 
 
-@checked("path", "key", "limit_stiffness", "limit_damping", "joint_forces")
+@checked("path", "key", "limit_stiffness", "limit_damping", "joint_forces", "looks")
 def read_mjcf(
     path: str | Path,
     *,
@@ -45,6 +45,7 @@ def read_mjcf(
     limit_stiffness: float | None = None,
     limit_damping: float = 0.0,
     joint_forces: bool = True,
+    looks: bool = True,
 ) -> RobotScene:
     """Return the scene of an MJCF file, by MuJoCo's own parser: ``pip install 'kanefe[robots]'``.
 
@@ -52,7 +53,7 @@ def read_mjcf(
     massless frame. Coordinates are those of MuJoCo, including `ref`. Springs and dampers of all joints act, with their
     polynomials, and dry friction of hinges and slides; so does compensation of gravity. Equalities of kind connect and
     weld (of bodies or sites) and joint (linear) hold exactly, while MuJoCo's are compliant. Flags of the file switch
-    parts off as in MuJoCo. Shapes are used only for the inertia of bodies without their own. Armature, actuators,
+    parts off as in MuJoCo. Shapes are used for the inertia of bodies without their own, and drawn. Armature, actuators,
     tendons, contacts and other elements are not read: ``scene.not_taken`` lists them, and a warning those that would
     change the motion.
 
@@ -65,8 +66,9 @@ def read_mjcf(
         Keyframe at which the scene starts, by name or MuJoCo's number: coordinates and speeds of joints, places of
         mocap bodies. `positions` change single joints of it, and what equalities hold moves near it as they need. Its
         `ctrl` and `act` are named in `not_taken`, because actuators are not read.
-    flexible, positions, limit_stiffness, limit_damping, joint_forces
-        As for `read_urdf`. Bodies and joints without a name are called "body 3" and "joint 2", by MuJoCo's numbers.
+    flexible, positions, limit_stiffness, limit_damping, joint_forces, looks
+        As for `read_urdf`; drawn are the shapes that touch nothing, or all shapes of a body that has none of these.
+        Bodies and joints without a name are called "body 3" and "joint 2", by MuJoCo's numbers.
 
     Returns
     -------
@@ -113,8 +115,21 @@ def read_mjcf(
     for body in range(1, model.nbody):
         robot.links.append(_link(file, names, body, choices, robot.not_taken))
     _add_handed(file, names, robot)
+    if looks:
+        _add_looks(robot, source, model, names)
     choices.check_limits(source)
     return scene_of(robot, tuple(model.opt.gravity.tolist()) if gravity is None else gravity, flexible)
+
+
+def _add_looks(robot: Robot, source: Path, model: Any, names: _Names) -> None:
+    """Add the shapes of the whole file, which needs its meshes; where these are missing nothing is drawn."""
+    from kanefe.robots.looks import looks_of_mjcf
+
+    whole = _mujoco.with_shapes(source)
+    if whole is None or whole.nbody != model.nbody:
+        robot.not_taken.add_silent("shapes, which are not drawn because meshes are missing", source.name)
+    else:
+        robot.looks.extend(looks_of_mjcf(whole, names.bodies))
 
 
 class _Names:

@@ -98,6 +98,11 @@ def scene_of(
     for closure in robot.closures:
         ends = [_end(scene, link, pose, closure.name, replaced) for link, pose in closure.ends]
         scene.add_loop_joint(closure.name, closure.joint, *ends)
+    for number, look in enumerate(robot.looks):
+        if look.link not in replaced:
+            carrier = scene.ground if look.link is None else scene.body(look.link)
+            name = f"{look.link or 'ground'} look {number}"
+            scene.add_surface(name, carrier, look.shape, at=tuple(look.pose.at), orientation=look.pose.axes)
     scene.not_taken = {
         kind: tuple(names) for kind, names in {**robot.not_taken.acting, **robot.not_taken.silent}.items()
     }

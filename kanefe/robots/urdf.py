@@ -30,7 +30,7 @@ TAKEN = {"link", "joint", "material"}
 MOMENTS = ("ixx", "iyy", "izz")
 
 
-@checked("path", "limit_damping", "joint_forces")
+@checked("path", "limit_damping", "joint_forces", "looks")
 def read_urdf(
     path: str | Path,
     *,
@@ -41,12 +41,14 @@ def read_urdf(
     limit_stiffness: float | None = None,
     limit_damping: float = 0.0,
     joint_forces: bool = True,
+    looks: bool = True,
 ) -> RobotScene:
     """Return the scene of a URDF file, by yourdfpy: ``pip install 'kanefe[robots]'``.
 
     Each link becomes a rigid body with its name, in its own frame, on its joint; joints that mimic another become
-    gears. Visuals and collision shapes, whose meshes are not read, transmissions, limits of efforts and other elements
-    are not used: ``scene.not_taken`` lists them, and a warning those that would change the motion.
+    gears. Visuals (boxes, cylinders, balls, meshes of STL and OBJ) are drawn. Collision shapes, transmissions, limits
+    of efforts and other elements are not used: ``scene.not_taken`` lists them, and a warning those that would change
+    the motion.
 
     Parameters
     ----------
@@ -67,6 +69,8 @@ def read_urdf(
         does not define, limits are ignored; so are equal ones, such as zeros where a file has none, with a warning.
     joint_forces : bool
         Whether damping and friction of joints act. Friction includes sticking: see `CoordinateForce`.
+    looks : bool
+        Whether visuals are read and drawn.
 
     Returns
     -------
@@ -107,6 +111,12 @@ def read_urdf(
     choices = Choices({} if positions is None else positions, joint_forces, limit_stiffness, limit_damping)
     robot = Robot(found.name)
     _record_not_taken(elements, robot.not_taken)
+    if looks:
+        from kanefe.robots.looks import looks_of_urdf
+
+        robot.looks, missed = looks_of_urdf(elements, source)
+        for name in missed:
+            robot.not_taken.add_silent("visuals", name)
     _add_links(robot, found, base or Fixed(), choices, source)
     choices.check_limits(source)
     return scene_of(robot, gravity, flexible)
@@ -150,9 +160,8 @@ def _record_not_taken(root: ElementTree.Element, not_taken: NotTaken) -> None:
         name = element.get("name") or element.get("reference") or "unnamed"
         if element.tag not in TAKEN:
             not_taken.add_silent(str(element.tag), name)
-        for kind, part in (("visuals", "visual"), ("safety controllers", "safety_controller")):
-            if element.find(part) is not None:
-                not_taken.add_silent(kind, name)
+        if element.find("safety_controller") is not None:
+            not_taken.add_silent("safety controllers", name)
         if element.find("collision") is not None:
             not_taken.add_silent("collision shapes, which touch nothing", name)
         limit = element.find("limit")

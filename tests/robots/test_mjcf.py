@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.results.surface_outline import outlines
 from kanefe.robots import _mujoco
 from kanefe.robots.scene import NotTakenWarning
 
@@ -298,3 +299,18 @@ def test_what_is_not_read_is_removed_only_where_it_has_to_be(key, tmp_path, monk
     assert model.body_mass.tolist() == [0.0, 2.0]
     assert (len(removed) > 0) == bool(key)
     assert model.neq == 0
+
+
+def test_shapes_are_drawn_and_where_a_body_has_visuals_these_alone(tmp_path: Path) -> None:
+    text = """<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+      <body name="arm" pos="0 0 1"><joint axis="0 1 0"/><geom type="capsule" fromto="0 0 0 1 0 0" size="0.1"/>
+        <body name="tip" pos="1 0 0"><joint axis="0 1 0"/><geom type="sphere" size="0.3"/>
+          <geom type="box" size="0.1 0.2 0.3" pos="0 0 0.5" contype="0" conaffinity="0" mass="0"/>
+        </body></body></worldbody></mujoco>"""
+    scene = read(write(tmp_path, text))
+    arm, tip = outlines(scene.freeze())
+    assert (arm.body, tip.body) == ("arm", "tip")
+    assert arm.vertices.min(axis=0) == pytest.approx([-0.1, -0.1, -0.1], abs=2e-3)  # circles of forty sides
+    assert arm.vertices.max(axis=0) == pytest.approx([1.1, 0.1, 0.1], abs=2e-3)
+    assert tip.vertices.min(axis=0) == pytest.approx([-0.1, -0.2, 0.2], abs=1e-12)
+    assert read(tmp_path / "machine.xml", looks=False).freeze().surfaces == ()

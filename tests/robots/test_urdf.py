@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.results.surface_outline import outlines
 from kanefe.robots.scene import NotTakenWarning, OddInertiaWarning
 from robot_states import accelerations, difference
 
@@ -305,3 +306,26 @@ def test_stops_that_no_joint_takes_are_refused(choices: dict[str, float], messag
     path = write(tmp_path, link("a"), link("b"), joint("turns", "continuous", "a", "b"))
     with pytest.raises(kf.ModelError, match=message):
         kf.read_urdf(path, **choices)
+
+
+def test_visuals_are_drawn_where_they_stand(tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    corners = "v 0 0 0\nv 10 0 0\nv 0 20 0\nv 0 0 30\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    (tmp_path / "meshes" / "wedge.obj").write_text(corners)
+    mesh = "<visual><origin xyz='1 0 0' rpy='0 0 1.5707963267948966'/><geometry>{}</geometry></visual></link>"
+    wedge = "<mesh filename='package://arm/meshes/wedge.obj' scale='0.01 0.01 0.01'/>"
+    path = write(
+        tmp_path,
+        link("a").replace("</link>", mesh.format("<box size='0.1 0.2 0.3'/>")),
+        link("b").replace("</link>", mesh.format(wedge)),
+        link("c").replace("</link>", mesh.format("<mesh filename='gone.stl'/>")),
+        joint("j", "revolute", "a", "b", "<axis xyz='0 0 1'/>"),
+        joint("k", "fixed", "b", "c"),
+    )
+    scene = kf.read_urdf(path)
+    box, drawn = outlines(scene.freeze())
+    assert (box.body, drawn.body) == ("a", "b")
+    assert np.ptp(box.vertices, axis=0) == pytest.approx([0.2, 0.1, 0.3], abs=1e-12)  # a quarter turn about z
+    assert drawn.vertices == pytest.approx(np.array([[1, 0, 0], [1, 0.1, 0], [0.8, 0, 0], [1, 0, 0.3]]), abs=1e-12)
+    assert scene.not_taken["visuals"] == ("c",)
+    assert kf.read_urdf(path, looks=False).freeze().surfaces == ()
