@@ -15,9 +15,10 @@ from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.events.watched_run import ACTS, BOUND
+from kanefe.kernels.scene import memory_size
 from kanefe.kernels.steppers import step_commands as stepping
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
-from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
+from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.loads.controller import INPUTS
 from kanefe.order_n.route import OrderN
 from kanefe.order_n.sweeps import Sweeps
@@ -159,13 +160,13 @@ class _Tables:
         self.moved = self.evaluated = None
         if not self.outputs.frames:
             return
-        model, (_, tables, flexible) = self.model, self.outputs.sweeps.placed
+        model, scene = self.model, self.outputs.sweeps.placed[1]
         count = self.size - QUADRATURES
         drives, state = np.zeros((1, self.driven, 3)), np.zeros((1, count))
         rates = np.zeros((int(self.outputs.has_accelerations), model.free_count))
-        found = np.zeros((1, len(tables.rows), ACCELERATED_ROW if len(rates) else ROW))
-        given, memory = np.zeros((self.driven, 3)), np.zeros(motion_memory_size(tables, flexible))
-        call = motions_of_rows.bound(tables, flexible, drives, state, rates, found, given, memory).prepared()
+        found = np.zeros((1, len(scene.tables.rows), ACCELERATED_ROW if len(rates) else ROW))
+        memory = np.zeros(memory_size(scene))
+        call = motions_of_rows.bound(scene, drives, state, rates, found, memory).prepared()
         self.moved = call, drives, state, rates, found
         self.calls.append(call)
         if len(rates):

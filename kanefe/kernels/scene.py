@@ -13,7 +13,7 @@ from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.layout import COORDINATES, SPEEDS, STATES
 from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.kernels.tree import FRAME_NUMBERS, Frames, Links
-from kanefe.kernels.values.records import Array, Record, Start, Table, room
+from kanefe.kernels.values.records import Array, Record, Start, Table
 
 WRENCH = 6
 
@@ -83,6 +83,8 @@ class Work(Record, is_frozen=True):
 
     Attributes
     ----------
+    size : int
+        How long its memory is.
     row_count : int
         Rows of the scene, and that of the ground.
     speed_count, driven_count : int
@@ -100,12 +102,15 @@ class Work(Record, is_frozen=True):
         Of the constraints.
     holding : ndarray
         Of the sweeps with loops, or of `kanefe.kernels.constraints.multipliers.hold` where there are rigid contacts.
+    still : ndarray, shape (driven, 3)
+        Drives that do not move.
     reactions : ndarray, shape (bearings, 6)
         Of joints whose load is followed.
     acting : ndarray
         Of `kanefe.kernels.loads.loads_between.add_loads_between`.
     """
 
+    size: int
     row_count: int
     speed_count: int
     driven_count: int
@@ -122,22 +127,22 @@ class Work(Record, is_frozen=True):
     applied: Annotated[np.ndarray, Array("speed_count")]
     added: Annotated[np.ndarray, Array("speed_count")]
     driving: Annotated[np.ndarray, Array("driven_count")]
+    still: Annotated[np.ndarray, Array("driven_count", 3)]
     multipliers: Annotated[np.ndarray, Array("constraint_count")]
     holding: Annotated[np.ndarray, Array("holding_size")]
     reactions: Annotated[np.ndarray, Array("bearing_count", WRENCH)]
     acting: Annotated[np.ndarray, Array("load_size")]
 
 
-def room_for_work(scene: Scene) -> int:
-    """Return how long the memory of an evaluation is."""
-    whole = {name: int(scene.work[i]) for i, name in enumerate(Work.fields) if i < len(scene.work)}
-    return room(Work, "begins", **whole)
-
-
 @inlined
 def work_in(scene: Scene, memory: np.ndarray) -> Work:
-    """Return what an evaluation writes, in a memory as long as the layout says."""
+    """Return what an evaluation writes, in a memory of `Work.size`."""
     return Work(scene.work, memory)
+
+
+def memory_size(scene: Scene) -> int:
+    """Return how long the memory of an evaluation is."""
+    return Work(scene.work, np.zeros(0)).size
 
 
 @inlined

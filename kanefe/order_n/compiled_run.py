@@ -54,16 +54,15 @@ class CompiledRun:
         evaluated = kernel.prepared(drives, inputs, vectors, memory).for_kernels()
         closing = balanced = directed = NOT_CALLED
         if needs.directions:
-            scene_tables = route.tables, route.flexible, route.between, route.loops
             own = np.empty(directions_memory_size(route.between, route.model.free_count + len(drives)))
-            directions = put_directions.bound(*scene_tables, drives, inputs, integers, reals, vectors, memory, own)
+            directions = put_directions.bound(route.scene, drives, inputs, integers, reals, vectors, memory, own)
             directed = directions.prepared().for_kernels()
         if route.has_loops:
-            memory = np.empty(closing_memory_size(route.tables, route.flexible, route.loops))
+            memory = np.empty(closing_memory_size(route.scene))
             closing = route.closing.prepared(0.0, drives, closed, memory).for_kernels()
         if needs.balance:
-            tables, memory = (route.tables, route.flexible, route.between), np.empty(route.memory_size)
-            bound = balance.bound(0.0, *tables, drives, inputs, integers, reals, vectors, memory)
+            memory = np.empty(route.memory_size)
+            bound = balance.bound(0.0, route.scene, drives, inputs, integers, reals, vectors, memory)
             balanced = bound.prepared().for_kernels()
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         derivatives = self._derivatives(needs.derivatives)

@@ -116,7 +116,7 @@ class OrderNInstant:
             G = G - across.T @ inverse @ across
             b = b + across.T @ (inverse @ rest[held])
             responses = responses - (inverse @ across).T @ X[held]
-        work, points, axes = self._look.workspace.work, loops.points, []
+        work, points, axes = self._look.workspace.frames.numbers, loops.points, []
         for p, row in enumerate(points.places[:, ON_SURFACE].tolist()):
             own = points.markers[2 * p, MARKER_AXES : MARKER_AXES + 9].reshape(3, 3)
             axes.append(own if row < 0 else work[row, R : R + 9].reshape(3, 3) @ own)

@@ -17,7 +17,8 @@ from kanefe.kernels.constraints.contact_margins import (
     Looked,
     watch_contacts,
 )
-from kanefe.kernels.evaluation.evaluation import AT_TIME, Workspace, workspace_in
+from kanefe.kernels.evaluation.evaluation import AT_TIME
+from kanefe.kernels.scene import work_in
 from kanefe.kernels.steppers.step_commands import SLOPE
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
@@ -35,14 +36,14 @@ class ContactLook:
     """
 
     def __init__(self, route: Evaluated) -> None:
-        model, scene = route.model, (route.tables, route.flexible, route.between, route.loops)
+        model = route.model
         size = model.coordinate_count + model.free_count + model.state_count + QUADRATURES
         self.drives, self.inputs = np.zeros((len(model.drives), 3)), np.zeros_like(route.inputs.constants)
         self.vectors = np.zeros((SLOPE + 1, size))
         kernel = route.kernel_in_space
         self.call = kernel.prepared(self.drives, self.inputs, self.vectors, np.empty(kernel.memory_size))
         memory = self.call.arguments[-1]
-        self.workspace = Workspace(*workspace_in(memory, *scene))
+        self.workspace = work_in(route.scene, memory)
         self.looked = Looked(
             evaluation=self.call.for_kernels(),
             time_at=AT_TIME,
@@ -51,7 +52,7 @@ class ContactLook:
             drives=self.drives,
             inputs=self.inputs,
             vectors=self.vectors,
-            work=self.workspace.work,
+            work=self.workspace.frames.numbers,
             multipliers=self.workspace.multipliers,
             holding=self.workspace.holding,
         )

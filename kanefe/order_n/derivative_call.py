@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.evaluation.derivatives import derivatives
-from kanefe.kernels.evaluation.evaluation import AT_TIME, evaluate
+from kanefe.kernels.evaluation.evaluation import ASKED, AT_TIME, evaluate
+from kanefe.kernels.scene import Scene, memory_size
 from kanefe.kernels.steppers.step_commands import AT
 
 
@@ -18,10 +17,9 @@ class DerivativeCall:
 
     Parameters
     ----------
-    scene : tuple
-        Tables of bodies, of flexible bodies, of loads between frames and of loops.
-    memory_size, size, driven, inputs : int
-        Numbers of an evaluation, of a state; driven coordinates; values of loads.
+    scene : Scene
+    size, driven, inputs : int
+        Numbers of a state; driven coordinates; values of loads.
 
     Attributes
     ----------
@@ -31,10 +29,10 @@ class DerivativeCall:
         That it makes.
     """
 
-    def __init__(self, scene: tuple[Any, ...], memory_size: int, size: int, driven: int, inputs: int) -> None:
+    def __init__(self, scene: Scene, size: int, driven: int, inputs: int) -> None:
         self.drives, self.inputs = np.empty((driven, 3)), np.empty(inputs)
-        self.vectors, memory = np.empty((2, size), dtype=complex), np.empty(memory_size, dtype=complex)
-        arguments = False, False, 0.0, 0.0, 0.0, *scene, self.drives, self.inputs, self.vectors, memory
+        self.vectors, memory = np.empty((2, size), dtype=complex), np.empty(memory_size(scene), dtype=complex)
+        arguments = ASKED, scene, self.drives, self.inputs, self.vectors, memory
         self.evaluation = evaluate.bound(*arguments, is_complex=True).prepared()
         self._bound = derivatives.bound(self.evaluation.for_kernels(), self.vectors, LATER, LATER, is_complex=True)
 

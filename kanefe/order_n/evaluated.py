@@ -8,6 +8,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import Bound
+from kanefe.kernels.scene import Scene
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.order_n.derivative_call import DerivativeCall
@@ -30,8 +31,10 @@ class Evaluated(Evaluates, Protocol):
     places : FrameOffsets
         Where frames sit in the rows.
     inputs : InputLayout
+    scene : Scene
+        For the kernels.
     tables, flexible, between, loops : named tuples
-        For the kernels; `flexible` is empty where all bodies are rigid.
+        What is in it; `flexible` is empty where all bodies are rigid.
     motion_tables : Drives or None
         Of driven coordinates; None if one is a Python function.
     fill : function (t, y, inputs)
@@ -43,6 +46,7 @@ class Evaluated(Evaluates, Protocol):
 
     places: FrameOffsets
     inputs: InputLayout
+    scene: Scene
     tables: Tables
     flexible: FlexibleTables
     between: LoadsBetween
@@ -68,8 +72,8 @@ class Evaluated(Evaluates, Protocol):
         ...
 
     @property
-    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables]:
-        """Tables with a row for each body and interface."""
+    def complete(self) -> tuple[FrameOffsets, Scene]:
+        """A scene with a row for each body and interface, and where frames are in it."""
         ...
 
     @property

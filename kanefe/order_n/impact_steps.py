@@ -74,7 +74,7 @@ class ImpactSteps:
         asking = Asking(route.loops.points, *calls, wanted, look.looked.first_state)
         drives, closed, call = np.empty((driven, 3)), np.empty(size), NOT_CALLED
         if model.constraints:
-            call = route.closing.prepared(0.0, drives, closed, np.empty(closing_memory_size(*tables))).for_kernels()
+            call = route.closing.prepared(0.0, drives, closed, np.empty(closing_memory_size(route.scene))).for_kernels()
         closing = ClosingCall(bool(model.constraints), call, motions, drives, closed)
         memory = np.zeros(INTEGERS, dtype=np.int64), np.zeros(REALS), told
         self._march = March(*memory, np.zeros((3, size)), np.zeros((VECTORS, 3 * points)), at, *bends)

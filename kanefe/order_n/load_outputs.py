@@ -8,7 +8,10 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Call
-from kanefe.kernels.loads.telling import tell_states, telling_memory_size
+from kanefe.kernels.constraints.loop_tables import no_loops
+from kanefe.kernels.evaluation.evaluation import scene_of
+from kanefe.kernels.loads.telling import tell_states
+from kanefe.kernels.scene import memory_size
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import told_loads
 from kanefe.tree.run_sweeps import OutputFunction
@@ -35,9 +38,9 @@ class LoadOutputs:
         ends = np.cumsum(counts).tolist()
         self.columns = {n: slice(end - functions[n][1], end) for n, end in zip(order, ends, strict=True)}
         self._width = int(counts.sum())
-        scene = route.tables, route.flexible, between
-        self._memory_size = telling_memory_size(*scene)
-        self._bound = tell_states.bound(*scene, counts, *(LATER,) * 6)
+        scene = scene_of(route.tables, route.flexible, between, no_loops())
+        self._memory_size = memory_size(scene)
+        self._bound = tell_states.bound(scene, counts, *(LATER,) * 6)
 
     def prepared(self, times: Vector, drives: np.ndarray, values: Matrix, states: Matrix) -> tuple[Call, Matrix]:
         """Return the call for some states, and what it writes, (T, outputs)."""

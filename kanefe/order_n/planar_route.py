@@ -52,5 +52,5 @@ class PlanarRoute(OrderN):
 
     @cached_property
     def _in_plane(self) -> RatesKernel:
-        evaluation = evaluate_planar.bound(LATER, LATER, LATER, LATER, self.planar, *(LATER,) * 4)
+        evaluation = evaluate_planar.bound(LATER, self.planar, *(LATER,) * 4)
         return self._kernel_of(evaluation, planar_workspace_size(self.planar))

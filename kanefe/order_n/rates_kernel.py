@@ -6,6 +6,7 @@ import numpy as np
 
 from kanefe.kernels.compiler.entries import Bound, Call
 from kanefe.kernels.evaluation.evaluation import (
+    ASKED,
     AT_TIME,
     IS_IMPLICIT,
     SHARE_OF_DAMPING,
@@ -46,7 +47,7 @@ class RatesKernel:
 
     def prepared(self, drives: np.ndarray, inputs: np.ndarray, vectors: np.ndarray, memory: np.ndarray) -> Call:
         """Return a call with arrays that stay where they are, the last of `memory_size`."""
-        return self._evaluation.prepared(False, 0.0, 0.0, 0.0, drives, inputs, vectors, memory)
+        return self._evaluation.prepared(ASKED, drives, inputs, vectors, memory)
 
     def take(self) -> RatesCall:
         """Return a call that nobody else uses until it is handed to `give_back`."""

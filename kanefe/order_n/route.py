@@ -21,14 +21,15 @@ from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.compiler.filling import filler
 from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
 from kanefe.kernels.constraints.least_forces import LEAST_GAIN
+from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
-from kanefe.kernels.evaluation.evaluation import evaluate, workspace_size
+from kanefe.kernels.evaluation.evaluation import evaluate, scene_of
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
 from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND
-from kanefe.kernels.loads.loads_layout import COMPLEX
+from kanefe.kernels.loads.loads_layout import COMPLEX, no_loads_between
+from kanefe.kernels.scene import Scene, memory_size
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
-from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.laws import functions_of_laws
@@ -90,7 +91,8 @@ class OrderN(LiteralRoute):
         self.between, self._order = loads_between(builder)
         self.loops = loop_tables(builder, self.tables, self.flexible)
         self.has_loops = model.is_constrained
-        self.memory_size = workspace_size(self.tables, self.flexible, self.between, self.loops)
+        self.scene = scene_of(self.tables, self.flexible, self.between, self.loops)
+        self.memory_size = memory_size(self.scene)
         self.places: FrameOffsets = builder
         self.inputs = builder.inputs
         self._inputs_stay = self.inputs.is_constant and not self.inputs.held
@@ -179,18 +181,17 @@ class OrderN(LiteralRoute):
         return Sweeps(self, times, states)
 
     @cached_property
-    def complete(self) -> tuple[FrameOffsets, Tables, FlexibleTables]:
-        """Tables in which every body and every interface has a row of its own, and where frames are in them."""
+    def complete(self) -> tuple[FrameOffsets, Scene]:
+        """A scene in which every body and every interface has a row of its own, and where frames are in it."""
         builder = TableBuilder(self.model, is_complete=True)
-        return builder, *builder.tables()
+        return builder, scene_of(*builder.tables(), no_loads_between(), no_loops())
 
     @cached_property
     def force_kernel(self) -> ForceKernel:
         """What tells forces of states."""
         from kanefe.order_n.force_kernel import ForceKernel
 
-        scene = self.tables, self.flexible, self.between, self.loops
-        return ForceKernel(self.kernel_in_space, scene, self.complete)
+        return ForceKernel(self.kernel_in_space, self.scene, self.complete)
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:
         """Return the energies of a state."""
@@ -200,7 +201,7 @@ class OrderN(LiteralRoute):
     @cached_property
     def balances(self) -> Bound:
         """What tells energies and momenta: see `kanefe.kernels.evaluation.momenta.balances_of_states`."""
-        return balances_of_states.bound(self.tables, self.flexible, self.between, *(LATER,) * 6)
+        return balances_of_states.bound(self.scene, *(LATER,) * 6)
 
     @cached_property
     def watching(self) -> Watching:
@@ -378,13 +379,7 @@ class OrderN(LiteralRoute):
 
     def derivative_call(self, size: int) -> DerivativeCall:
         """Return a call that differentiates the rates of states with quadratures, of that size."""
-        return DerivativeCall(
-            (self.tables, self.flexible, self.between, self.loops),
-            self.memory_size,
-            size,
-            len(self._drives),
-            len(self.inputs.constants),
-        )
+        return DerivativeCall(self.scene, size, len(self._drives), len(self.inputs.constants))
 
     @cached_property
     def is_complex(self) -> bool:
@@ -395,9 +390,8 @@ class OrderN(LiteralRoute):
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.evaluation.momenta`."""
-        t, scene = float(run.reals[TIME_AT]), (self.tables, self.flexible, self.between)
-        memory = np.empty(self.memory_size)
-        balance(t, *scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)
+        t, memory = float(run.reals[TIME_AT]), np.empty(self.memory_size)
+        balance(t, self.scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)
 
     def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.
@@ -408,7 +402,7 @@ class OrderN(LiteralRoute):
             return y
         if self.model.free_count:
             closed = np.array(y, dtype=float)
-            memory = np.empty(closing_memory_size(self.tables, self.flexible, self.loops))
+            memory = np.empty(closing_memory_size(self.scene))
             ended, _ = self.closing(share, self.drives(t), closed, memory)
             if ended == CLOSED:
                 return closed
@@ -479,9 +473,7 @@ class OrderN(LiteralRoute):
     @cached_property
     def kernel_in_space(self) -> RatesKernel:
         """The kernel that evaluates the rates in space."""
-        scene = self.tables, self.flexible, self.between, self.loops
-        evaluation = evaluate.bound(LATER, False, *(LATER,) * 3, *scene, *(LATER,) * 4)
-        return self._kernel_of(evaluation, self.memory_size)
+        return self._kernel_of(evaluate.bound(LATER, self.scene, *(LATER,) * 4), self.memory_size)
 
     def _kernel_of(self, evaluation: Bound, memory_size: int) -> RatesKernel:
         """Return a kernel of rates."""
@@ -490,7 +482,7 @@ class OrderN(LiteralRoute):
     @cached_property
     def closing(self) -> Bound:
         """What closes loops: see `close_state`."""
-        return close_state.bound(LATER, self.tables, self.flexible, self.loops, LATER, LATER, LATER)
+        return close_state.bound(LATER, self.scene, LATER, LATER, LATER)
 
     def explain(self, t: float, y: Vector) -> NoReturn:
         """Raise the error of the literal route for a state at which the sweep failed."""

@@ -8,9 +8,9 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER
-from kanefe.kernels.evaluation.masses import masses_memory_size, put_masses
+from kanefe.kernels.evaluation.masses import put_masses
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES
-from kanefe.kernels.loads.telling import tell_states, telling_memory_size
+from kanefe.kernels.loads.telling import tell_states
 from kanefe.order_n.evaluated import Evaluated
 
 
@@ -27,16 +27,15 @@ class StateKernels:
     def __init__(self, route: Evaluated, order: Sequence[int]) -> None:
         self._route, self._order = route, order
         self._ends = [len(route.model.loads[number].ends) for number in order]
-        scene = route.tables, route.flexible
         counts = WRENCHES + WRENCH * np.array(self._ends, dtype=np.int64)
-        self._masses = put_masses.bound(*scene, *(LATER,) * 4)
-        self._told = tell_states.bound(*scene, route.between, counts, *(LATER,) * 6)
+        self._masses = put_masses.bound(route.scene, *(LATER,) * 4)
+        self._told = tell_states.bound(route.scene, counts, *(LATER,) * 6)
 
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free and the driven speeds, (free + driven, free + driven)."""
         route = self._route
         size = route.model.free_count + route.model.driven_count
-        found, memory = np.empty((size, size)), np.empty(masses_memory_size(route.tables, route.flexible))
+        found, memory = np.empty((size, size)), np.empty(route.memory_size)
         self._masses(route.drives(t), np.asarray(y, dtype=float), found, memory)
         return found
 
@@ -47,7 +46,7 @@ class StateKernels:
             return wrenches
         found = np.empty((1, sum(WRENCHES + WRENCH * count for count in self._ends)))
         states, drives, values = np.asarray(y, dtype=float)[None], route.drives(t)[None], route.values(t, y)[None]
-        memory = np.empty(telling_memory_size(route.tables, route.flexible, route.between))
+        memory = np.empty(route.memory_size)
         self._told(np.array((t,)), drives, values, states, found, memory)
         for number, count in zip(self._order, self._ends, strict=True):
             at += WRENCHES

@@ -30,6 +30,7 @@ from kanefe.kernels.layout import (
     REVOLUTE,
     SPHERICAL,
 )
+from kanefe.kernels.scene import Scene, memory_size
 from kanefe.kernels.steppers.step_commands import (
     AT,
     DONE,
@@ -41,8 +42,7 @@ from kanefe.kernels.steppers.step_commands import (
     STEPS,
     Run,
 )
-from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
-from kanefe.kernels.tables import FlexibleTables, Tables
+from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.run_forces import CompiledForces
@@ -79,13 +79,13 @@ class Sweeps:
         return self._route.drives_over(self._times)
 
     @cached_property
-    def placed(self) -> tuple[FrameOffsets, Tables, FlexibleTables]:
+    def placed(self) -> tuple[FrameOffsets, Scene]:
         """Where all frames are in the rows, those of interfaces with nothing attached included, and the rows."""
         route = self._route
         flexible = [(i, body.flexible) for i, body in enumerate(route.model.bodies) if body.flexible is not None]
         wanted = {(i, frame.name) for i, terms in flexible for frame in terms.body.interfaces}
         if wanted <= route.places.interfaces.keys():
-            return route.places, route.tables, route.flexible
+            return route.places, route.scene
         return route.complete
 
     @cached_property
@@ -98,11 +98,9 @@ class Sweeps:
         return self._motions(np.ascontiguousarray(self.rates[:, n : n + m]), 24)
 
     def _motions(self, rates: np.ndarray, width: int) -> np.ndarray:
-        _, tables, flexible = self.placed
-        found = np.empty((len(self._times), len(tables.rows), width))
-        given = np.empty(self._drives.shape[1:])
-        memory = np.empty(motion_memory_size(tables, flexible))
-        motions_of_rows(tables, flexible, self._drives, self._states, rates, found, given, memory)
+        scene = self.placed[1]
+        found = np.empty((len(self._times), len(scene.tables.rows), width))
+        motions_of_rows(scene, self._drives, self._states, rates, found, np.empty(memory_size(scene)))
         return found
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
@@ -139,7 +137,7 @@ class Sweeps:
 
     def _turn(self, row: int) -> Matrix:
         """Return the Euler parameters of a row: those of its links, which know how often they have turned."""
-        rows, chain = self.placed[1].rows, []
+        rows, chain = self.placed[1].tables.rows, []
         while row >= 0 and row not in self._turns:
             chain.append(row)
             row = int(rows[row, PARENT])
@@ -150,7 +148,7 @@ class Sweeps:
 
     def _turned(self, e: Matrix, row: int) -> Matrix:
         """Return the Euler parameters of a row from those of the row that carries it."""
-        tables = self.placed[1]
+        tables = self.placed[1].tables
         rows, geometry = tables.rows, tables.geometry
         kind, parent, at, drive = (int(rows[row, column]) for column in (KIND, PARENT, COORDINATE, DRIVE))
         axes = np.eye(3) if kind == INTERFACE else geometry[row, AXES : AXES + 9].reshape(3, 3)

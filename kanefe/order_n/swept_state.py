@@ -9,7 +9,8 @@ import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.frames import Vector, cross
-from kanefe.kernels.sweeps.outward import motion_memory_size, motions_of_rows
+from kanefe.kernels.scene import memory_size
+from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.loads.action import End
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.placed import Placed
@@ -120,14 +121,13 @@ class _MotionsCall:
     """A call whose arrays stay where they are: of one thread at a time."""
 
     def __init__(self, route: Evaluated) -> None:
-        model, (_, tables, flexible) = route.model, route.complete
+        model, (_, scene) = route.model, route.complete
         size, driven = model.coordinate_count + model.free_count, len(model.drives)
         self._state, self._drives = np.empty((1, size)), np.empty((1, driven, 3))
-        self._found = np.empty((1, len(tables.rows), MOTION_NUMBERS))
-        no_rates, given = np.zeros((0, model.free_count)), np.empty((driven, 3))
-        memory = np.empty(motion_memory_size(tables, flexible))
-        arrays = self._drives, self._state, no_rates, self._found, given, memory
-        self._call = motions_of_rows.bound(tables, flexible, *arrays).prepared()
+        self._found = np.empty((1, len(scene.tables.rows), MOTION_NUMBERS))
+        no_rates, memory = np.zeros((0, model.free_count)), np.empty(memory_size(scene))
+        arrays = self._drives, self._state, no_rates, self._found, memory
+        self._call = motions_of_rows.bound(scene, *arrays).prepared()
 
     def __call__(self, drives: np.ndarray, y: Vector) -> np.ndarray:
         self._drives[0], self._state[0] = drives, y[: self._state.shape[1]]

@@ -9,7 +9,10 @@ import numpy as np
 from kanefe.frames import Matrix
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.constraints.contact_margins import MARGINS
-from kanefe.kernels.loads.watching import NEAR, watch_memory_size, watch_states
+from kanefe.kernels.constraints.loop_tables import no_loops
+from kanefe.kernels.evaluation.evaluation import scene_of
+from kanefe.kernels.loads.watching import NEAR, path_size, watch_states
+from kanefe.kernels.scene import memory_size
 from kanefe.order_n.contact_watching import COLUMNS, watching_call
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import watched_loads
@@ -41,7 +44,8 @@ class Watching:
 
     def __init__(self, route: Evaluated) -> None:
         self._route = route
-        self._between, numbers = watched_loads(route.places)
+        between, numbers = watched_loads(route.places)
+        self._scene = scene_of(route.tables, route.flexible, between, no_loops())
         counts = [len(route.model.loads[i].events) for i in numbers]
         ends = np.cumsum(counts, dtype=np.int64)
         self._counts = np.array(counts, dtype=np.int64)
@@ -84,7 +88,7 @@ class Watching:
         found, near = np.empty((len(times), self._width)), np.zeros(len(self.rows))
         if self.contact_columns and not self.columns:
             return watching_call(route, None, times, drives, inputs, states, found), found, near
-        memory = np.empty(watch_memory_size(route.tables, route.flexible, self._between))
+        memory = np.empty(memory_size(self._scene) + path_size(self._scene.between))
         of_loads = self._bound.prepared(times, drives, inputs, states, found, memory, change, only, near)
         if not self.contact_columns:
             return of_loads, found, near
@@ -92,6 +96,4 @@ class Watching:
 
     @cached_property
     def _bound(self) -> Bound:
-        route = self._route
-        scene = route.tables, route.flexible, self._between, self._counts, self._far
-        return watch_states.bound(*scene, *(LATER,) * 9)
+        return watch_states.bound(self._scene, self._counts, self._far, *(LATER,) * 9)

@@ -12,8 +12,8 @@ import scenes
 from kanefe import shapes
 from kanefe.kernels.events import roots_of_step
 from kanefe.kernels.events.watched_run import WatchedRun
-from kanefe.kernels.layout import WORK
-from kanefe.kernels.loads.reach import SWEPT_BALLS, find_near, gap_to, nearness_at, reach_size
+from kanefe.kernels.loads.reach import SWEPT_BALLS, find_near, gap_to, nearness_at
+from kanefe.kernels.scene import state_in, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.order_n.tables import reach_tables
 from touched_shapes import TOUCHED
@@ -116,12 +116,11 @@ def cloud(count: int, friction=None) -> kf.System:
 def near_loads(model, y: np.ndarray) -> int:
     """Return how many loads are evaluated at a state, as the kernels find them."""
     route = model.route
-    q, u, _ = route.parts(y)
-    work, out = np.zeros((len(route.tables.rows) + 1, WORK)), np.zeros(reach_size(route.between.reach))
-    sweep_outward(route.tables, route.flexible, np.zeros((0, 3)), q, u, work, np.zeros(0))
-    find_near(route.between.reach, None, work, np.zeros(0), out)
+    work = work_in(route.scene, np.zeros(route.memory_size))
+    sweep_outward(route.scene, state_in(route.tables, 0.0, y, np.zeros((0, 3)), np.zeros(0)), work, False)
+    find_near(route.scene, work)
     at = nearness_at(route.between.reach)
-    return int((out[at : at + len(route.between.loads)] > 0.0).sum())
+    return int((work.acting[at : at + len(route.between.loads)] > 0.0).sum())
 
 
 @pytest.mark.filterwarnings("ignore:contact:kanefe.SimulationWarning")

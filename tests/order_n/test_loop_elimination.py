@@ -242,7 +242,7 @@ def test_nothing_is_eliminated_where_loops_are_open_by_round_off_alone(layout: s
     route = model.route
     assert isinstance(route, OrderN)
     n, m = model.coordinate_count, model.free_count
-    memory = np.empty(closing_memory_size(route.tables, route.flexible, route.loops))
+    memory = np.empty(closing_memory_size(route.scene))
 
     def closed(share: float) -> tuple[np.ndarray, float]:
         y = np.concatenate((model.initial_coordinates, np.zeros(m), model.initial_states, np.zeros(QUADRATURES)))

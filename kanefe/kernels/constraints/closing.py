@@ -17,7 +17,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.holding import Held
-from kanefe.kernels.constraints.loop_factors import LoopFactors, factors_size, loop_factors_in
+from kanefe.kernels.constraints.loop_factors import factors_size, loop_factors_in
 from kanefe.kernels.constraints.loop_tables import HOLDS_PLACE, RowWrenches, holds, wrenches_in, wrenches_size
 from kanefe.kernels.constraints.openings import openings, rate_of_row, size_of_rate
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
@@ -27,13 +27,14 @@ from kanefe.kernels.constraints.tree_sweeps import (
     sweep_forces_inward,
     sweep_inward,
 )
-from kanefe.kernels.layout import BORDER_SIZE, COORDINATES, DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
+from kanefe.kernels.layout import COORDINATES, SPEEDS
+from kanefe.kernels.scene import Scene, State, Work, memory_size, state_in, work_in
 from kanefe.kernels.sweeps.advance import advance
-from kanefe.kernels.sweeps.implicit import stiffen_joints, stiffen_modes
+from kanefe.kernels.sweeps.implicit import Pushes, stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.sweeps.unit_mass import scale_beams
-from kanefe.kernels.tables import FlexibleTables, Loops, Tables
+from kanefe.kernels.tables import Loops, Tables
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
 """Return values of `close`. The literal route may be able to close open loops, and names those that cannot be closed;
@@ -59,101 +60,81 @@ class Closing(NamedTuple):
 
     Attributes
     ----------
-    applied, added : ndarray, shape (free + driven,)
-    residuals, trial_residuals, multipliers : ndarray, shape (m,)
+    residuals, trial_residuals : ndarray, shape (m,)
     step, speeds : ndarray, shape (free,)
     place, trial : ndarray, shape (coordinates,)
         Coordinates reached, and those tried.
     exerted : RowWrenches
         At these, while those of the factors are kept.
-    work, modal : ndarray
-        Of outward sweeps there.
     """
 
-    applied: np.ndarray
-    added: np.ndarray
     residuals: np.ndarray
     trial_residuals: np.ndarray
-    multipliers: np.ndarray
     step: np.ndarray
     speeds: np.ndarray
     place: np.ndarray
     trial: np.ndarray
     exerted: RowWrenches
-    work: np.ndarray
-    modal: np.ndarray
 
 
 @kernel
-def close_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
+def close_size(tables: Tables, loops: Loops) -> int:
     """Return how many numbers the workspace of `close` has."""
-    m, n = len(loops.rows), tables.sizes[SPEEDS] + tables.sizes[DRIVES]
-    size = factors_size(loops) + 2 * n + 3 * m + 2 * (tables.sizes[SPEEDS] + tables.sizes[COORDINATES])
-    return size + wrenches_size(loops) + work_size(tables) + flexible.sizes[MODAL_SIZE]
+    m = len(loops.rows)
+    size = factors_size(loops) + 2 * m + 2 * (tables.sizes[SPEEDS] + tables.sizes[COORDINATES])
+    return size + wrenches_size(loops)
 
 
 @inlined
-def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops, n: int) -> Closing:
+def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops) -> Closing:
     m, count, coordinates = len(loops.rows), tables.sizes[SPEEDS], tables.sizes[COORDINATES]
-    rows, rest = workspace[2 * n : 2 * n + 3 * m], workspace[2 * n + 3 * m :]
+    rest = workspace[2 * m :]
     places, exerted = rest[2 * count : 2 * (count + coordinates)], rest[2 * (count + coordinates) :]
-    work = exerted[wrenches_size(loops) :]
-    size = work_size(tables)
     return Closing(
-        workspace[:n],
-        workspace[n : 2 * n],
-        rows[:m],
-        rows[m : 2 * m],
-        rows[2 * m :],
+        workspace[:m],
+        workspace[m : 2 * m],
         rest[:count],
         rest[count : 2 * count],
         places[:coordinates],
         places[coordinates:],
         wrenches_in(exerted, loops),
-        work[:size].reshape(-1, WORK),
-        work[size:],
     )
 
 
 @kernel
 def close(
-    tables: Tables,
-    flexible: FlexibleTables,
-    loops: Loops,
-    drives: np.ndarray,
-    share_stiffness: float,
-    q: np.ndarray,
-    u: np.ndarray,
-    z: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    workspace: np.ndarray,
+    scene: Scene, state: State, share_stiffness: float, work: Work, other: Work, workspace: np.ndarray
 ) -> tuple[int, float]:
     """Close the loops: change q and then u, both to the nearest; return how it ended and the weakest pivot.
 
     Parameters
     ----------
-    drives : ndarray, shape (driven, 3)
+    state : State
+        q and u are changed in place, unless what is returned is not CLOSED. The switches in z say which rows hold.
     share_stiffness : float
         Of the stiffness of modes and joints in the metric ``M + r K``, s2: stiff modes, which M alone would move, then
         stay where they are.
-    q, u : ndarray, shapes (coordinates,), (free,)
-        Changed in place, unless what is returned is not CLOSED.
-    z : ndarray, shape (states,)
-        Of which the switches say which rows hold.
-    work, modal, border : ndarray
-        Work arrays: what is in them is lost.
+    work, other : Work
+        At the place of the factors, and of outward sweeps elsewhere: what is in them is lost.
     workspace : ndarray, shape (`close_size`,)
     """
-    m, count, n = len(loops.rows), len(u), len(u) + len(drives)
+    loops, tables, flexible, drives, u, z = (
+        scene.loops,
+        scene.tables,
+        scene.flexible,
+        state.drives,
+        state.u,
+        state.z,
+    )
+    m, count, rows = len(loops.rows), len(u), work.frames.numbers
     kept = loop_factors_in(workspace, loops)
-    at = _closing_in(workspace[factors_size(loops) :], tables, loops, n)
-    copy(q, at.place)
-    sweep_outward(tables, flexible, drives, at.place, u, work, modal)
-    worst, total = openings(loops, tables, drives, at.place, z, work, kept.exerted.met, at.residuals)
+    at = _closing_in(workspace[factors_size(loops) :], tables, loops)
+    copy(state.q, at.place)
+    here = State(state.t, at.place, u, z, drives, state.inputs)
+    sweep_outward(scene, here, work, False)
+    worst, total = openings(loops, tables, drives, at.place, z, rows, kept.exerted.met, at.residuals)
     start, weakest = worst, 1.0
-    # whether there are factors, and those of the place; whether `work` and `at.work` have no more than a sweep there
+    # whether there are factors, and those of the place; whether both works have no more than a sweep there
     is_factored = is_here = False
     is_swept, is_tried = True, False
     for _ in range(LARGEST_ITERATIONS):
@@ -161,16 +142,16 @@ def close(
             break
         if not is_factored:
             if not is_swept:
-                sweep_outward(tables, flexible, drives, at.place, u, work, modal)
+                sweep_outward(scene, here, work, False)
             # rows that depend on each other in closed loops seem not to, by the square of how far these are open
             tolerance = min(UNKNOWN * worst * worst, LARGEST_UNKNOWN)
             weakest = _eliminate(
-                loops, tables, flexible, drives, share_stiffness, u, z, True, tolerance, work, modal, border, at, kept
+                scene, here, share_stiffness, work, Held(loops, kept, work.multipliers, z, True, tolerance), at.step
             )
             if weakest == 0.0:
                 return WITHOUT_INERTIA, 0.0
             is_factored, is_here, is_swept = True, True, False
-        _move(loops, tables, flexible, share_stiffness, z, work, modal, border, at, kept)
+        _move(scene, work, share_stiffness, Held(loops, kept, work.multipliers, z, False, 0.0), at.residuals, at.step)
         shrink = 1.0
         for i in range(count):
             shrink = max(shrink, abs(at.step[i]) / loops.moves[i])
@@ -180,8 +161,10 @@ def close(
         is_better, is_tried = False, False
         for _half in range(tries):
             advance(tables, flexible, at.place, at.step, share, at.trial)
-            sweep_outward(tables, flexible, drives, at.trial, u, at.work, at.modal)
-            opening, square = openings(loops, tables, drives, at.trial, z, at.work, at.exerted.met, at.trial_residuals)
+            sweep_outward(scene, State(state.t, at.trial, u, z, drives, state.inputs), other, False)
+            opening, square = openings(
+                loops, tables, drives, at.trial, z, other.frames.numbers, at.exerted.met, at.trial_residuals
+            )
             if square < total:
                 is_better = True
                 break
@@ -197,14 +180,14 @@ def close(
             is_factored = False
     if not worst <= LARGEST_OPENING:
         return LEFT_OPEN, weakest
-    if is_swept and not is_tried and _has_closed_speeds(loops, tables, drives, u, z, work, at):
+    if is_swept and not is_tried and _has_closed_speeds(loops, tables, drives, u, z, rows, at):
         return CLOSED, weakest
     holds_speeds = loops.rows[:, HOLDS_PLACE].sum() < m
     if not is_factored or holds_speeds or (start > FAR * weakest and not is_here):
         if not is_swept:
-            sweep_outward(tables, flexible, drives, at.place, u, work, modal)
+            sweep_outward(scene, here, work, False)
         weakest = _eliminate(
-            loops, tables, flexible, drives, share_stiffness, u, z, False, 0.0, work, modal, border, at, kept
+            scene, here, share_stiffness, work, Held(loops, kept, work.multipliers, z, False, 0.0), at.step
         )
         if weakest == 0.0:
             return WITHOUT_INERTIA, 0.0
@@ -212,16 +195,16 @@ def close(
     copy(u, at.speeds)
     for again in range(1 if is_here or start <= NEAR * weakest else 2):
         if again > 0 or not is_tried:
-            sweep_outward(tables, flexible, drives, at.place, at.speeds, at.work, at.modal)
-        write_rows(loops, tables.gravity, drives, z, count, at.work, at.exerted)
+            sweep_outward(scene, State(state.t, at.place, at.speeds, z, drives, state.inputs), other, False)
+        write_rows(loops, tables.gravity, drives, z, count, other.frames.numbers, at.exerted)
         for j in range(m):
             at.residuals[j] = 0.0
             if holds(loops, j, z):
-                at.residuals[j] = rate_of_row(loops, j, drives, at.work, at.exerted, at.speeds)
-        _move(loops, tables, flexible, share_stiffness, z, work, modal, border, at, kept)
+                at.residuals[j] = rate_of_row(loops, j, drives, other.frames.numbers, at.exerted, at.speeds)
+        _move(scene, work, share_stiffness, Held(loops, kept, work.multipliers, z, False, 0.0), at.residuals, at.step)
         for i in range(count):
             at.speeds[i] -= at.step[i]
-    copy(at.place, q)
+    copy(at.place, state.q)
     copy(at.speeds, u)
     return CLOSED, weakest
 
@@ -245,94 +228,47 @@ SHARE_IN_METRIC, ENDED_AS = range(2)
 
 
 @entry()
-def close_state(
-    share_stiffness: float,
-    tables: Tables,
-    flexible: FlexibleTables,
-    loops: Loops,
-    drives: RealRows,
-    y: Reals,
-    memory: Reals,
-) -> tuple[int, float]:
+def close_state(share_stiffness: float, scene: Scene, drives: RealRows, y: Reals, memory: Reals) -> tuple[int, float]:
     """Close the loops of a state ``(q, u, z, ...)``; return how it ended and the weakest pivot: see `close`.
 
     `memory` has as many numbers as `closing_memory_size` tells.
     """
-    n, m, k = tables.sizes[COORDINATES], tables.sizes[SPEEDS], tables.sizes[STATES]
-    modes, borders = flexible.sizes[MODAL_SIZE], flexible.sizes[BORDER_SIZE]
-    rows = work_size(tables)
-    return close(
-        tables,
-        flexible,
-        loops,
-        drives,
-        share_stiffness,
-        y[:n],
-        y[n : n + m],
-        y[n + m : n + m + k],
-        memory[:rows].reshape(-1, WORK),
-        memory[rows : rows + modes],
-        memory[rows + modes : rows + modes + borders],
-        memory[rows + modes + borders :],
-    )
+    state, work = state_in(scene.tables, 0.0, y, drives, memory), work_in(scene, memory)
+    other = work_in(scene, memory[work.size :])
+    return close(scene, state, share_stiffness, work, other, memory[2 * work.size :])
 
 
-def closing_memory_size(tables: Tables, flexible: FlexibleTables, loops: Loops) -> int:
+def closing_memory_size(scene: Scene) -> int:
     """Return how many numbers the memory of `close_state` has."""
-    size = work_size(tables) + int(flexible.sizes[MODAL_SIZE] + flexible.sizes[BORDER_SIZE])
-    return size + int(close_size(tables, flexible, loops))
+    return 2 * memory_size(scene) + int(close_size(scene.tables, scene.loops))
 
 
 @kernel
-def _eliminate(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    drives: np.ndarray,
-    share_stiffness: float,
-    u: np.ndarray,
-    z: np.ndarray,
-    places_only: bool,
-    tolerance: float,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    at: Closing,
-    kept: LoopFactors,
-) -> float:
+def _eliminate(scene: Scene, state: State, share_stiffness: float, work: Work, held: Held, none: np.ndarray) -> float:
     """Eliminate tree and loops after an outward sweep; return the weakest pivot, 0 where something has no inertia."""
-    is_implicit, none = share_stiffness > 0.0, at.step
-    write_rows(loops, tables.gravity, drives, z, len(u), work, kept.exerted)
+    is_implicit, kept = share_stiffness > 0.0, held.kept
+    write_rows(
+        scene.loops, scene.tables.gravity, state.drives, state.z, len(state.u), work.frames.numbers, kept.exerted
+    )
     kept.rest[:] = 0.0
-    set_inertia(tables, flexible, work, modal)
-    at.applied[:] = 0.0
+    set_inertia(scene, work)
+    work.applied[:] = 0.0
     if is_implicit:
         none[:] = 0.0
-        stiffen_joints(tables, 0.0, share_stiffness, none, none, at.place, u, at.applied, at.added)
-        stiffen_modes(flexible, 0.0, share_stiffness, none, none, modal)
-    scale_beams(flexible, modal)
-    held = Held(loops, kept, at.multipliers, z, places_only, tolerance)
-    is_regular, weakest = sweep_inward(tables, flexible, at.applied, work, modal, border, is_implicit, at.added, held)
+        pushes = Pushes(0.0, share_stiffness, none, none)
+        stiffen_joints(scene.tables, state, pushes, work.applied, work.added)
+        stiffen_modes(scene, work, pushes)
+    scale_beams(scene, work)
+    is_regular, weakest = sweep_inward(scene, work, is_implicit, held)
     return weakest if is_regular else 0.0
 
 
 @kernel
 def _move(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    share_stiffness: float,
-    z: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    at: Closing,
-    kept: LoopFactors,
+    scene: Scene, work: Work, share_stiffness: float, held: Held, residuals: np.ndarray, step: np.ndarray
 ) -> None:
     """Write the nearest step that moves the rows by the residuals."""
-    is_implicit = share_stiffness > 0.0
-    copy(at.residuals, kept.rest)
-    clear_all_forces(tables, flexible, at.applied, work, modal)
-    held = Held(loops, kept, at.multipliers, z, False, 0.0)
-    sweep_forces_inward(tables, flexible, at.applied, work, modal, border, is_implicit, held)
-    sweep_accelerations(tables, flexible, at.applied, work, modal, border, is_implicit, held, at.step)
+    copy(residuals, held.kept.rest)
+    clear_all_forces(scene, work)
+    sweep_forces_inward(scene, work, share_stiffness > 0.0, held)
+    sweep_accelerations(scene, work, share_stiffness > 0.0, held, step)

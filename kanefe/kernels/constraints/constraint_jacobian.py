@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, matrix, plus, rotated_back, vector
+from kanefe.kernels.algebra.vectors import Numbers, cross, dot, matrix, numbers_of, plus, rotated_back, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.joints.on_arrays import partials
+from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.layout import (
     BASIS,
     BENT,
@@ -27,23 +27,21 @@ from kanefe.kernels.layout import (
     TANGENT,
     R,
 )
-from kanefe.kernels.tables import FlexibleTables, Tables
+from kanefe.kernels.scene import Scene, Work, links_of
 
 
 @kernel
 def walk_inward(
-    tables: Tables,
-    flexible: FlexibleTables,
-    i: int,
-    force: Numbers,
-    moment: Numbers,
-    work: np.ndarray,
-    modal: np.ndarray,
-    J: np.ndarray,
-    reach: np.ndarray,
+    scene: Scene, work: Work, i: int, force: Numbers, moment: Numbers, J: np.ndarray, reach: np.ndarray
 ) -> None:
     """Add the generalised forces of a wrench on a row, and the largest they could be, on the way to N."""
-    rows, geometry = tables.rows, tables.geometry
+    rows, links, flexible, frames, modal = (
+        scene.tables.rows,
+        links_of(scene),
+        scene.flexible,
+        work.frames.numbers,
+        work.modal,
+    )
     # of a vector whose real part is zero, the square of a complex step is negative
     f_size, m_size = np.sqrt(abs(dot(force, force).real)), np.sqrt(abs(dot(moment, moment).real))
     while i >= 0:
@@ -51,8 +49,8 @@ def walk_inward(
         if kind == INTERFACE:
             body = flexible.bodies[rows[i, FLEXIBLE]]
             k, first = body[COUNT], body[DETA]
-            G = matrix(work, rows[i, PARENT], R)
-            a, b = rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
+            G = matrix(frames, rows[i, PARENT], R)
+            a, b = rotated_back(G, force), rotated_back(matrix(frames, i, TANGENT), rotated_back(G, moment))
             at, bent = rows[i, BASIS], rows[i, BENT]
             own, own_reach = J[first : first + k], reach[first : first + k]
             if bent < 0:
@@ -60,7 +58,8 @@ def walk_inward(
             else:
                 _add_modal_row(modal[bent : bent + 6 * k].reshape(6, k), a, b, f_size, m_size, own, own_reach)
         elif FIXED < kind <= GIVEN:
-            v, w = partials(rows, geometry, i, work)
+            along, about = partials(links[i], work.frames[i])
+            v, w = numbers_of(along), numbers_of(about)
             J[speed] += dot(v, force) + dot(w, moment)
             reach[speed] += np.sqrt(abs(dot(v, v).real)) * f_size + np.sqrt(abs(dot(w, w).real)) * m_size
         elif kind in (SPHERICAL, FREE):
@@ -73,7 +72,7 @@ def walk_inward(
             for c in range(3):
                 J[last + c] += moment[c]
                 reach[last + c] += m_size
-        lever = vector(work, i, OFFSET)
+        lever = vector(frames, i, OFFSET)
         moment = plus(moment, cross(lever, force))
         m_size += np.sqrt(abs(dot(lever, lever).real)) * f_size
         i = rows[i, PARENT]

@@ -35,50 +35,31 @@ from kanefe.kernels.constraints.loop_tables import (
 )
 from kanefe.kernels.constraints.row_wrenches import along_row, clear_all_forces, push_row, write_rows
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
+from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.sweeps.driving_forces import put_driving_forces
-from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
 
 @kernel
-def hold(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    drives: np.ndarray,
-    z: np.ndarray,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    du: np.ndarray,
-    driving: np.ndarray,
-    multipliers: np.ndarray,
-    workspace: np.ndarray,
-    is_implicit: bool,
-) -> Any:
+def hold(scene: Scene, state: State, work: Work, is_implicit: bool, du: np.ndarray) -> Any:
     """Add to du and driving forces of the tree what the constraints need; return the weakest pivot that counts.
 
     Parameters
     ----------
-    z : ndarray, shape (states,)
-        Internal states, of which the switches say which rows hold.
-    applied : ndarray, shape (free + driven,)
-        Workspace: what is in it is lost.
-    multipliers : ndarray, shape (m,)
-        On return: of each row.
-    workspace : ndarray, shape (`unit_responses_size`,)
+    work : Work
+        `multipliers` of each row on return; what is `applied` is lost.
     is_implicit : bool
         Whether the inertias are those of a linearly implicit sweep.
     """
+    loops, z, multipliers, driving, rows = scene.loops, state.z, work.multipliers, work.driving, work.frames.numbers
     m, count = len(loops.rows), len(du)
-    kept = unit_responses_in(workspace, loops, len(applied))
+    kept = unit_responses_in(work.holding, loops, len(work.applied))
     is_skew = False
-    write_rows(loops, tables.gravity, drives, z, count, work, kept.exerted)
+    write_rows(loops, scene.tables.gravity, state.drives, z, count, rows, kept.exerted)
     for j in range(m):
         if holds(loops, j, z):
-            kept.rest[j] = -kept.exerted.remainders[j] - along_row(loops, j, work, kept.exerted.wrenches, du)
+            kept.rest[j] = -kept.exerted.remainders[j] - along_row(loops, j, rows, kept.exerted.wrenches, du)
             is_skew = is_skew or is_rubbing(loops, j, z)
-    respond_to_rows(loops, tables, flexible, z, applied, work, modal, border, is_implicit, True, count, kept)
+    respond_to_rows(scene, work, z, is_implicit, True, kept)
     if is_skew:
         weakest = share_forces(loops, z, True, multipliers, kept)
     else:
@@ -100,18 +81,7 @@ def hold(
 
 @kernel
 def respond_to_rows(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    z: np.ndarray,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    rubs: bool,
-    count: int,
-    kept: UnitResponses,
+    scene: Scene, work: Work, z: np.ndarray, is_implicit: bool, rubs: bool, kept: UnitResponses
 ) -> None:
     """Write what the unit multiplier of each row causes, and A; the rows are written and the inertias eliminated.
 
@@ -120,14 +90,12 @@ def respond_to_rows(
     Parameters
     ----------
     z : ndarray, shape (states,)
-    applied : ndarray, shape (free + driven,)
-        Workspace.
     rubs : bool
         Whether what slips is rubbed by the multiplier of its normal row.
-    count : int
-        Of free speeds.
     """
-    m, driven, reach, is_skew = len(loops.rows), len(applied) - count, kept.reach, False
+    loops, rows = scene.loops, work.frames.numbers
+    m, driven, reach, is_skew = len(loops.rows), len(work.driving), kept.reach, False
+    count = len(work.applied) - driven
     for j in range(m):
         if not holds(loops, j, z):
             kept.scale[j] = 0.0
@@ -143,8 +111,8 @@ def respond_to_rows(
         else:
             for end in range(2):
                 force, moment = vector(kept.exerted.wrenches, j, 6 * end), vector(kept.exerted.wrenches, j, 6 * end + 3)
-                walk_inward(tables, flexible, loops.rows[j, ROW_A + end], force, moment, work, modal, J, reach)
-        share = row_scale(J, reach, loops.extents, work)
+                walk_inward(scene, work, loops.rows[j, ROW_A + end], force, moment, J, reach)
+        share = row_scale(J, reach, loops.extents, rows)
         # its pivot would be below all that count, and its sweeps would be for nothing
         kept.scale[j] = share if share.real > LEAST_SHARE else 0.0 * share
     for j in range(m):
@@ -153,20 +121,20 @@ def respond_to_rows(
         response = kept.unit_responses[j, :count]  # the driven entries keep the answer of the driving forces
         is_rubbed = rubs and is_rubbing(loops, j, z)
         if is_rubbed:
-            clear_all_forces(tables, flexible, applied, work, modal)
-            push_row(loops, tables, flexible, j, 1.0, False, kept.exerted, applied, work, modal)
-            sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit, None)
-            sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, None, response)
-            kept.plain[j] = along_row(loops, j, work, kept.exerted.wrenches, response)
-        clear_all_forces(tables, flexible, applied, work, modal)
-        push_row(loops, tables, flexible, j, 1.0, is_rubbed, kept.exerted, applied, work, modal)
-        sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit, None)
-        sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, None, response)
+            clear_all_forces(scene, work)
+            push_row(scene, work, j, 1.0, False, kept.exerted)
+            sweep_forces_inward(scene, work, is_implicit, None)
+            sweep_accelerations(scene, work, is_implicit, None, response)
+            kept.plain[j] = along_row(loops, j, rows, kept.exerted.wrenches, response)
+        clear_all_forces(scene, work)
+        push_row(scene, work, j, 1.0, is_rubbed, kept.exerted)
+        sweep_forces_inward(scene, work, is_implicit, None)
+        sweep_accelerations(scene, work, is_implicit, None, response)
         if driven > 0:
-            put_driving_forces(tables, applied, work, kept.unit_responses[j, count:])
+            put_driving_forces(scene, work, kept.unit_responses[j, count:])
         for i in range(0 if is_skew else j, m):
             if kept.scale[i] != 0.0:
-                kept.A[i, j] = along_row(loops, i, work, kept.exerted.wrenches, response)
+                kept.A[i, j] = along_row(loops, i, rows, kept.exerted.wrenches, response)
         if not is_rubbed:
             kept.plain[j] = kept.A[j, j]
     for j in range(m):
@@ -177,34 +145,15 @@ def respond_to_rows(
 
 
 @kernel
-def respond_to_multipliers(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    count: int,
-    multipliers: np.ndarray,
-    workspace: np.ndarray,
-) -> None:
+def respond_to_multipliers(scene: Scene, work: Work, is_implicit: bool, count: int) -> None:
     """Sweep what all multipliers cause together, after `hold`: forces and accelerations of rows are theirs alone then.
 
-    Parameters
-    ----------
-    applied : ndarray, shape (free + driven,)
-        Workspace.
-    count : int
-        Of free speeds.
-    workspace : ndarray, shape (`unit_responses_size`,)
-        Of `hold`.
+    `count` is of free speeds. What is `applied` is lost.
     """
-    kept = unit_responses_in(workspace, loops, len(applied))
-    clear_all_forces(tables, flexible, applied, work, modal)
-    for j in range(len(loops.rows)):
-        if multipliers[j] != 0.0:
-            push_row(loops, tables, flexible, j, multipliers[j], True, kept.exerted, applied, work, modal)
-    sweep_forces_inward(tables, flexible, applied, work, modal, border, is_implicit, None)
-    sweep_accelerations(tables, flexible, applied, work, modal, border, is_implicit, None, kept.reach[:count])
+    kept = unit_responses_in(work.holding, scene.loops, len(work.applied))
+    clear_all_forces(scene, work)
+    for j in range(len(scene.loops.rows)):
+        if work.multipliers[j] != 0.0:
+            push_row(scene, work, j, work.multipliers[j], True, kept.exerted)
+    sweep_forces_inward(scene, work, is_implicit, None)
+    sweep_accelerations(scene, work, is_implicit, None, kept.reach[:count])

@@ -27,13 +27,12 @@ from kanefe.kernels.constraints.loop_tables import (
     holds,
 )
 from kanefe.kernels.contact.rigid_points import MET, meet, motion_of_marker, rub_along
-from kanefe.kernels.layout import ACCELERATION, ALPHA, POSITION, WORK_FORCE, R
+from kanefe.kernels.layout import ACCELERATION, ALPHA, POSITION, R
 from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
+from kanefe.kernels.scene import Scene, Work, bodies_of
 from kanefe.kernels.sweeps.body_inertia import clear_forces
-from kanefe.kernels.sweeps.elastic import span
-from kanefe.kernels.tables import FlexibleTables, Loops, Tables
-from kanefe.kernels.tree import Frames
+from kanefe.kernels.tables import Loops
 
 
 @kernel
@@ -137,27 +136,17 @@ def along_row(loops: Loops, j: int, work: np.ndarray, wrenches: np.ndarray, du: 
 
 
 @kernel
-def push_row(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    j: int,
-    multiplier: Any,
-    rubs: bool,
-    exerted: RowWrenches,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-) -> None:
+def push_row(scene: Scene, work: Work, j: int, multiplier: Any, rubs: bool, exerted: RowWrenches) -> None:
     """Apply what a multiplier of a row exerts, with what it rubs where that is asked for."""
+    loops = scene.loops
     if loops.rows[j, KIND_OF] == COUPLER_ROW:
         for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-            applied[loops.speeds[term]] += multiplier * loops.coefficients[term]
+            work.applied[loops.speeds[term]] += multiplier * loops.coefficients[term]
         return
     for end in range(2):
         row = loops.rows[j, ROW_A + end]
-        force, moment = wrench_on(loops, j, end, rubs, exerted, work)
-        push(tables.rows, flexible, row, times(multiplier, force), times(multiplier, moment), work, modal)
+        force, moment = wrench_on(loops, j, end, rubs, exerted, work.frames.numbers)
+        push(scene, work, row, times(multiplier, force), times(multiplier, moment))
 
 
 @inlined
@@ -175,12 +164,11 @@ def wrench_on(
 
 
 @kernel
-def clear_all_forces(
-    tables: Tables, flexible: FlexibleTables, applied: np.ndarray, work: np.ndarray, modal: np.ndarray
-) -> None:
+def clear_all_forces(scene: Scene, work: Work) -> None:
     """Write no forces on rows, modes and joints."""
-    for i in range(len(tables.rows)):
-        clear_forces(Frames(work)[i])
-    for f in range(len(flexible.bodies)):
-        modal[span(flexible.bodies[f], WORK_FORCE)][:] = 0.0
-    applied[:] = 0.0
+    frames, bodies = work.frames, bodies_of(scene, work)
+    for i in range(len(scene.tables.rows)):
+        clear_forces(frames[i])
+    for f in range(len(bodies)):
+        bodies[f].p[:] = 0.0
+    work.applied[:] = 0.0

@@ -15,9 +15,9 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.holding import Held, carries_loops, close_at, exert_at, hold_at
 from kanefe.kernels.joints.by_kind import accelerate, eliminate, hand_across, hand_through
 from kanefe.kernels.joints.handing import hand_force_inward
+from kanefe.kernels.scene import Scene, Work, links_of
 from kanefe.kernels.sweeps.modal_elimination import eliminate_modal_forces, eliminate_modes, modal_accelerations
-from kanefe.kernels.tables import FlexibleTables, Tables
-from kanefe.kernels.tree import Frames, Kind, Links
+from kanefe.kernels.tree import Kind, Links
 
 GROUND = -1
 """Number of the row of the ground, which carries loops too."""
@@ -30,27 +30,13 @@ def is_link_at(links: Links, i: int) -> bool:
 
 
 @kernel
-def sweep_inward(
-    tables: Tables,
-    flexible: FlexibleTables,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    added: np.ndarray,
-    held: Held | None,
-) -> tuple[bool, Any]:
+def sweep_inward(scene: Scene, work: Work, is_implicit: bool, held: Held | None) -> tuple[bool, Any]:
     """Eliminate all rows, children before parents, and loops where they close.
 
     Parameters
     ----------
-    applied : ndarray, shape (free + driven,)
-        Generalised forces at the joints.
     is_implicit : bool
-        Whether the modes are scaled and `added` counts, see `kanefe.kernels.sweeps.implicit`.
-    added : ndarray, shape (free + driven,)
-        Inertia added along the joints.
+        Whether the modes are scaled and `Work.added` counts, see `kanefe.kernels.sweeps.implicit`.
     held : Held or None
         None: of the tree alone.
 
@@ -61,41 +47,35 @@ def sweep_inward(
     weakest : float
         The least pivot of loops that counts, of the largest.
     """
-    links, frames, is_regular, weakest, largest = Links(tables.rows, tables.geometry), Frames(work), True, np.inf, 0.0
+    links, frames, applied = links_of(scene), work.frames, work.applied
+    is_regular, weakest, largest = True, np.inf, 0.0
     for i in range(len(links) - 1, GROUND - 1, -1):
         is_link = is_link_at(links, i)
         if is_link and links[i].flexible >= 0:
-            eliminate_modes(links, flexible, links[i].flexible, frames, modal, border, is_implicit)
+            eliminate_modes(scene, work, links[i].flexible, is_implicit)
         if held is not None and carries_loops(held, i):
-            least, most = close_at(held, tables, flexible, i, applied, work, modal, border, is_implicit)
+            least, most = close_at(
+                held, scene.tables, scene.flexible, i, applied, frames.numbers, work.modal, work.border, is_implicit
+            )
             weakest, largest = min(weakest, least), max(largest, most)
         if is_link:
             link, frame = links[i], frames[i]
-            is_regular = eliminate(link, frame, applied, is_implicit, added) and is_regular
+            is_regular = eliminate(link, frame, applied, is_implicit, work.added) and is_regular
             if link.parent > GROUND:
                 hand_across(link, frame, frames[link.parent], applied)
     return is_regular, min(1.0, weakest / largest) if largest > 0.0 else 1.0
 
 
 @kernel
-def sweep_forces_inward(
-    tables: Tables,
-    flexible: FlexibleTables,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    held: Held | None,
-) -> None:
+def sweep_forces_inward(scene: Scene, work: Work, is_implicit: bool, held: Held | None) -> None:
     """Hand other forces inward, and other needs of loops, over what `sweep_inward` has left."""
-    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    links, frames, applied = links_of(scene), work.frames, work.applied
     for i in range(len(links) - 1, GROUND - 1, -1):
         is_link = is_link_at(links, i)
         if is_link and links[i].flexible >= 0:
-            eliminate_modal_forces(flexible, links[i].flexible, frames, modal, border, is_implicit)
+            eliminate_modal_forces(scene, work, links[i].flexible, is_implicit)
         if held is not None and carries_loops(held, i):
-            hold_at(held, tables, flexible, i, applied, work, modal)
+            hold_at(held, scene.tables, scene.flexible, i, applied, frames.numbers, work.modal)
         if is_link:
             link, frame = links[i], frames[i]
             f, n = hand_through(link, frame, applied)
@@ -104,27 +84,17 @@ def sweep_forces_inward(
 
 
 @kernel
-def sweep_accelerations(
-    tables: Tables,
-    flexible: FlexibleTables,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    held: Held | None,
-    du: np.ndarray,
-) -> None:
+def sweep_accelerations(scene: Scene, work: Work, is_implicit: bool, held: Held | None, du: np.ndarray) -> None:
     """Write du of the free speeds (Eq. 18), the share of du in the acceleration of every row, and the multipliers.
 
-    What links need from their parents counts the multipliers then. `applied` has what couplers exert on drives.
+    What links need from their parents counts the multipliers then. `Work.applied` has what couplers exert on drives.
     """
-    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    links, frames, applied = links_of(scene), work.frames, work.applied
     for i in range(GROUND, len(links)):
         is_link = is_link_at(links, i)
         if is_link:
             accelerate(links[i], frames[i], frames[links[i].parent], applied, du)
         if held is not None:
-            exert_at(held, tables, flexible, i, len(du), applied, work, modal, border)
+            exert_at(held, scene.tables, scene.flexible, i, len(du), applied, frames.numbers, work.modal, work.border)
         if is_link and links[i].flexible >= 0:
-            modal_accelerations(flexible, links[i].flexible, frames, modal, border, is_implicit, du)
+            modal_accelerations(scene, work, links[i].flexible, is_implicit, du)

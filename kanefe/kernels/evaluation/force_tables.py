@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import expanded
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.constraints.loop_tables import wrenches_size
-from kanefe.kernels.layout import DRIVES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
-from kanefe.kernels.loads.loads_layout import WHOLE
-from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
+from kanefe.kernels.compiler.signatures import in_place
+from kanefe.kernels.scene import Scene, Work, memory_size, work_in
+from kanefe.kernels.values.records import Array, Record, Start
 
 WRENCH = 6
 
@@ -31,6 +30,7 @@ SOURCE_KIND, FIRST_OF_SOURCE, COUNT_OF_SOURCE, END_OF_SOURCE = range(4)
 OF_CARRIER, OF_CHILD, OF_LOOP, OF_LOAD, OF_POINT_LOAD = range(5)
 
 
+@in_place
 class ForceTables(NamedTuple):
     """Forces that are told of a scene.
 
@@ -56,6 +56,8 @@ class ForceTables(NamedTuple):
     parts : ndarray of int, shape (p, 3)
     sources : ndarray of int, shape (s, 4)
     places : ndarray of int, shape (10,)
+    work : ndarray of int
+        The whole numbers of `ForceWork`.
     """
 
     bodies: Integers
@@ -70,93 +72,63 @@ class ForceTables(NamedTuple):
     parts: IntegerRows
     sources: IntegerRows
     places: Integers
+    work: Integers
 
 
-class ForceWorkspace(NamedTuple):
-    """What is written on the way to the forces of a state.
+class ForceWork(Record, is_frozen=True):
+    """What is written on the way to the forces of a state, beside two works.
 
     Attributes
     ----------
-    work, moving : ndarray, shape (rows, WORK)
-        With the motion of the state, and with the motion that its accelerations would cause as speeds.
-    modal, modal_rates : ndarray
-        Of flexible bodies, likewise.
-    applied : ndarray, shape (free + driven,)
-    load_rates : ndarray, shape (states,)
-    still : ndarray, shape (driven, 3)
-        Drives that do not move.
+    size, state_count, end_count, component_count, exerted_size : int
+    load_rates, powers : ndarray, shapes (states,), (2,)
+        That nobody asks for.
     points : ndarray, shape (ends, 3)
         Where the ends of loads are, in N.
-    components : ndarray, shape (c,)
-        Forces along the components fixed in G.
-    system, pivots : ndarray, shapes (c c,), (c,)
-    holding, acting : ndarray
-        Of what rows exert, and of `add_loads_between`.
+    components, pivots : ndarray, shape (c,)
+        Forces along the components fixed in G; workspace.
+    system : ndarray, shape (c, c)
+    exerted : ndarray
+        What rows exert.
     """
 
-    work: np.ndarray
-    moving: np.ndarray
-    modal: np.ndarray
-    modal_rates: np.ndarray
-    applied: np.ndarray
-    load_rates: np.ndarray
-    still: np.ndarray
-    points: np.ndarray
-    components: np.ndarray
-    system: np.ndarray
-    pivots: np.ndarray
-    holding: np.ndarray
-    acting: np.ndarray
+    size: int
+    state_count: int
+    end_count: int
+    component_count: int
+    exerted_size: int
+    begins: Annotated[int, Start("memory")]
+    load_rates: Annotated[np.ndarray, Array("state_count")]
+    powers: Annotated[np.ndarray, Array(2)]
+    points: Annotated[np.ndarray, Array("end_count", 3)]
+    components: Annotated[np.ndarray, Array("component_count")]
+    pivots: Annotated[np.ndarray, Array("component_count")]
+    system: Annotated[np.ndarray, Array("component_count", "component_count")]
+    exerted: Annotated[np.ndarray, Array("exerted_size")]
 
 
-def force_memory_size(
-    tables: Tables, flexible: FlexibleTables, between: LoadsBetween, loops: Loops, forces: ForceTables
-) -> int:
-    """Return how many numbers the workspace has."""
-    modes = int(flexible.sizes[MODAL_SIZE])
-    driven, c = int(tables.sizes[DRIVES]), len(forces.components)
-    speeds = int(tables.sizes[SPEEDS]) + driven
-    size = 2 * (work_size(tables) + modes) + speeds + int(tables.sizes[STATES]) + 3 * driven
-    of_loads = 3 * len(between.rows) + int(between.workspace_size[WHOLE])
-    return size + of_loads + c * (2 + c) + wrenches_size(loops)
+class ForceMemory(NamedTuple):
+    """All that is written on the way to the forces of a state.
+
+    Attributes
+    ----------
+    work, moving : Work
+        With the motion of the state, and with the motion that its accelerations would cause as speeds.
+    own : ForceWork
+    """
+
+    work: Work
+    moving: Work
+    own: ForceWork
 
 
-@expanded
-def force_workspace(
-    memory: np.ndarray,
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
-    loops: Loops,
-    forces: ForceTables,
-) -> ForceWorkspace:
+@inlined
+def forces_in(memory: np.ndarray, scene: Scene, forces: ForceTables) -> ForceMemory:
     """Return the parts of a memory of `force_memory_size`."""
-    rows, driven, c = work_size(tables), tables.sizes[DRIVES], len(forces.components)
-    speeds, states, modes, ends = (
-        tables.sizes[SPEEDS] + driven,
-        tables.sizes[STATES],
-        flexible.sizes[MODAL_SIZE],
-        len(between.rows),
-    )
-    holds = wrenches_size(loops)
-    work, moving, rest = memory[:rows], memory[rows : 2 * rows], memory[2 * rows :]
-    modal, modal_rates, rest = rest[:modes], rest[modes : 2 * modes], rest[2 * modes :]
-    applied, load_rates, rest = rest[:speeds], rest[speeds : speeds + states], rest[speeds + states :]
-    still, points, rest = rest[: 3 * driven], rest[3 * driven : 3 * (driven + ends)], rest[3 * (driven + ends) :]
-    components, pivots, rest = rest[:c], rest[c : 2 * c], rest[2 * c :]
-    system, holding, acting = rest[: c * c], rest[c * c : c * c + holds], rest[c * c + holds :]
-    return ForceWorkspace(
-        work.reshape(-1, WORK),
-        moving.reshape(-1, WORK),
-        modal,
-        modal_rates,
-        applied,
-        load_rates,
-        still.reshape(-1, 3),
-        points.reshape(-1, 3),
-        components,
-        system,
-        pivots,
-        holding,
-        acting,
-    )
+    work = work_in(scene, memory)
+    return ForceMemory(work, work_in(scene, memory[work.size :]), ForceWork(forces.work, memory[2 * work.size :]))
+
+
+def force_memory_size(scene: Scene, forces: ForceTables) -> int:
+    """Return how long the memory is."""
+    return 2 * memory_size(scene) + ForceWork(forces.work, np.zeros(0)).size

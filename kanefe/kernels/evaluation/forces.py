@@ -7,19 +7,21 @@ are fixed in G follow from the wrench on the body by virtual work (Eq. 31-35).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy, put, three
-from kanefe.kernels.bodies import ModalBodies
 from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.constraints.loop_factors import loop_factors_in
 from kanefe.kernels.constraints.loop_tables import holds, unit_responses_in, wrenches_in
 from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
 from kanefe.kernels.constraints.told_shares import told_multipliers
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
-from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, LEAST_PIVOT
+from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, LEAST_PIVOT, add_forces
 from kanefe.kernels.evaluation.force_tables import (
     DRIVING,
     ENDS,
@@ -27,68 +29,54 @@ from kanefe.kernels.evaluation.force_tables import (
     LOOP_FORCES,
     REACTIONS,
     WRENCH,
+    ForceMemory,
     ForceTables,
-    ForceWorkspace,
-    force_workspace,
+    ForceWork,
+    forces_in,
 )
 from kanefe.kernels.evaluation.told_contacts import tell_contacts
 from kanefe.kernels.evaluation.told_forces import hold_components, tell_gears, tell_joints, tell_loops, tell_parts
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCHES, P
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_force_inward
-from kanefe.kernels.layout import COORDINATES, SPEEDS, STATES
-from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.loads_between import apply_load, evaluate_load
 from kanefe.kernels.loads.loads_layout import END_COUNT, FIRST_END, TEAM, place_of_load, span_of_load
-from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
 from kanefe.kernels.loads.points import gather_points, push_points
 from kanefe.kernels.loads.reach import find_near, nearness_at
+from kanefe.kernels.scene import Rates, Scene, State, Work, bodies_of, links_of, rates_in, state_in, work_in
 from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
 from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.inertia import set_inertia
-from kanefe.kernels.sweeps.outward import sweep_outward
-from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
-from kanefe.kernels.tree import Frames, Kind, Links
+from kanefe.kernels.sweeps.outward import sweep_outward, with_rates
+from kanefe.kernels.tables import Loops
+from kanefe.kernels.tree import Kind
 from kanefe.kernels.values.tensors import dot
 
 
-@entry()
-def forces_of_states(
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
-    loops: Loops,
-    forces: ForceTables,
-    evaluation: Prepared,
-    vectors: RealRows,
-    drives: RealRows,
-    inputs: Reals,
-    multipliers: Reals,
-    scale: Reals,
-    holding: Reals,
-    times: Reals,
-    driven: RealBlocks,
-    values: RealRows,
-    states: RealRows,
-    rates: RealRows,
-    found: RealRows,
-    is_told: Integers,
-    memory: Reals,
-) -> None:
-    """Write rates and forces of all of some states.
+class Evaluated(NamedTuple):
+    """An evaluation of a scene, whose memory is looked into.
 
-    Parameters
+    Attributes
     ----------
-    tables, flexible, between, loops, forces
-        Of the scene with a row for each body and each interface.
-    evaluation : Prepared
-        A call of `kanefe.kernels.evaluation.evaluation.evaluate`, which is not implicit, with the next six arrays.
-    vectors, drives, inputs : ndarray
-        See there.
-    multipliers, scale : ndarray, shape (m,)
-        Of the constraints, and the scale of their rows, as the evaluation leaves them in its memory.
-    holding : ndarray
-        See `kanefe.kernels.evaluation.evaluation.Workspace`.
+    call : Prepared
+        Of `kanefe.kernels.evaluation.evaluation.evaluate`, not implicit, with all that follows.
+    scene : Scene
+    drives, inputs, vectors, memory : ndarray
+    """
+
+    call: Prepared
+    scene: Scene
+    drives: RealRows
+    inputs: Reals
+    vectors: RealRows
+    memory: Reals
+
+
+class States(NamedTuple):
+    """States of which forces are told.
+
+    Attributes
+    ----------
     times : ndarray, shape (T,)
         s.
     driven : ndarray, shape (T, driven, 3)
@@ -97,6 +85,34 @@ def forces_of_states(
         Each begins with q, u and z.
     rates : ndarray, shape (T or 0, state and quadratures)
         Their rates, of scenes without constraints: none are computed here.
+    """
+
+    times: Reals
+    driven: RealBlocks
+    values: RealRows
+    states: RealRows
+    rates: RealRows
+
+
+@entry()
+def forces_of_states(
+    scene: Scene,
+    forces: ForceTables,
+    evaluated: Evaluated,
+    told: States,
+    found: RealRows,
+    is_told: Integers,
+    memory: Reals,
+) -> None:
+    """Write rates and forces of all of some states.
+
+    Parameters
+    ----------
+    scene : Scene
+        With a row for each body and each interface.
+    forces : ForceTables
+    evaluated : Evaluated
+    told : States
     found : ndarray, shape (T, width)
         See `ForceTables.places`.
     is_told : ndarray of int, shape (T,)
@@ -104,51 +120,42 @@ def forces_of_states(
         that several multipliers do the same; of those of rigid contacts where `told_multipliers` does not know them.
     memory : ndarray, shape (`force_memory_size`,)
     """
-    workspace = force_workspace(memory, tables, flexible, between, loops, forces)
-    n = tables.sizes[COORDINATES]
-    m = n + tables.sizes[SPEEDS]
-    last = m + tables.sizes[STATES]
-    for k in range(len(states)):
-        y, given = states[k, :last], values[min(k, len(values) - 1)]
-        vectors[AT, :] = 0.0
-        copy(y, vectors[AT, :last])
-        copy(given, inputs)
+    own, vectors, drives = forces_in(memory, scene, forces), evaluated.vectors, evaluated.drives
+    multipliers = work_in(evaluated.scene, evaluated.memory).multipliers
+    size = len(vectors[AT]) - len(own.own.powers)
+    for k in range(len(told.states)):
+        copy(told.states[k, :size], vectors[AT, :size])
+        copy(told.values[min(k, len(told.values) - 1)], evaluated.inputs)
         for i in range(len(drives)):
-            copy(driven[k, i], drives[i])
+            copy(told.driven[k, i], drives[i])
+        state = state_in(scene.tables, told.times[k], vectors[AT], drives, evaluated.inputs)
         is_told[k] = 0
-        if len(rates) > 0:
-            copy(rates[k], vectors[SLOPE])
+        if len(told.rates) > 0:
+            copy(told.rates[k], vectors[SLOPE])
         else:
-            evaluation.numbers[AT_TIME] = times[k]
-            call_address(evaluation.address, (evaluation.places, evaluation.numbers))
-            if evaluation.numbers[DONE_AS] != RATES:
-                continue
-            if evaluation.numbers[LEAST_PIVOT] < NEAR_SINGULAR:
-                continue
-            if len(loops.points.places) > 0:
-                count = tables.sizes[SPEEDS]
-                kept = unit_responses_in(holding, loops, count + len(drives))
-                if not told_multipliers(loops, y[m:], count, multipliers, kept):
-                    continue
-            elif not are_independent(loops, y[m:], multipliers, scale):
+            vectors[AT, size:] = 0.0
+            evaluated.call.numbers[AT_TIME] = told.times[k]
+            call_address(evaluated.call.address, (evaluated.call.places, evaluated.call.numbers))
+            if not has_all_forces(evaluated, state.z):
                 continue
         copy(vectors[SLOPE], found[k, : vectors.shape[1]])
         is_told[k] = 1
-        put_forces(
-            tables,
-            flexible,
-            between,
-            loops,
-            forces,
-            times[k],
-            drives,
-            given,
-            y,
-            vectors[SLOPE, n:m],
-            multipliers,
-            workspace,
-            found[k],
-        )
+        copy(multipliers, own.work.multipliers)
+        put_forces(scene, forces, state, rates_in(scene.tables, vectors[SLOPE]).du, own, found[k])
+
+
+@inlined
+def has_all_forces(evaluated: Evaluated, z: np.ndarray) -> bool:
+    """Return whether an evaluation knows all multipliers."""
+    scene, numbers = evaluated.scene, evaluated.call.numbers
+    loops, work = scene.loops, work_in(scene, evaluated.memory)
+    speeds = len(work.applied)
+    if numbers[DONE_AS] != RATES or numbers[LEAST_PIVOT] < NEAR_SINGULAR:
+        return False
+    if len(loops.points.places) > 0:
+        kept = unit_responses_in(work.holding, loops, speeds)
+        return told_multipliers(loops, z, speeds - len(work.driving), work.multipliers, kept)
+    return are_independent(loops, z, work.multipliers, loop_factors_in(work.holding, loops).system.scale)
 
 
 @inlined
@@ -163,86 +170,38 @@ def are_independent(loops: Loops, z: np.ndarray, multipliers: np.ndarray, scale:
 
 @expanded
 def put_forces(
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
-    loops: Loops,
-    forces: ForceTables,
-    t: float,
-    drives: np.ndarray,
-    inputs: np.ndarray,
-    y: np.ndarray,
-    du: np.ndarray,
-    multipliers: np.ndarray,
-    workspace: ForceWorkspace,
-    out: np.ndarray,
+    scene: Scene, forces: ForceTables, state: State, du: np.ndarray, memory: ForceMemory, out: np.ndarray
 ) -> None:
     """Write the forces of a state whose accelerations and multipliers are known."""
-    work, moving, modal, modal_rates = workspace.work, workspace.moving, workspace.modal, workspace.modal_rates
-    applied, still, n, speeds = workspace.applied, workspace.still, tables.sizes[COORDINATES], tables.sizes[SPEEDS]
-    q, u, z = y[:n], y[n : n + speeds], y[n + speeds :]
-    sweep_outward(tables, flexible, drives, q, u, work, modal)
-    set_inertia(tables, flexible, work, modal)
-    applied[:] = 0.0
-    add_point_loads(tables, flexible, inputs, work, modal)
-    add_joint_forces(tables, drives, inputs, q, u, applied)
-    add_field_loads(flexible, inputs, work, modal)
-    if len(between.loads) > 0:
-        add_and_tell_loads(
-            between,
-            tables.rows,
-            flexible,
-            t,
-            inputs,
-            z,
-            drives,
-            q,
-            u,
-            work,
-            modal,
-            workspace,
-            out[forces.places[ENDS] :],
-        )
-    exerted = wrenches_in(workspace.holding, loops)
-    write_rows(loops, tables.gravity, drives, z, speeds, work, exerted)
+    loops, work, moving, own, multipliers = scene.loops, memory.work, memory.moving, memory.own, memory.work.multipliers
+    sweep_outward(scene, state, work, False)
+    set_inertia(scene, work)
+    add_forces(scene, state, work, Rates(du, du, own.load_rates, own.powers))
+    if len(scene.between.loads) > 0:
+        add_and_tell_loads(scene, state, work, own, out[forces.places[ENDS] :])
+    exerted, rows = wrenches_in(own.exerted, loops), work.frames.numbers
+    write_rows(loops, scene.tables.gravity, state.drives, state.z, len(du), rows, exerted)
     for j in range(len(multipliers)):
         if multipliers[j] != 0.0:
-            push_row(loops, tables, flexible, j, multipliers[j], True, exerted, applied, work, modal)
-    still[:, :] = 0.0
-    for i in range(len(still)):
-        still[i, 0] = drives[i, 0]
-    sweep_outward(tables, flexible, still, q, du, moving, modal_rates)
-    add_inertia_forces(tables, flexible, work, moving, modal, modal_rates)
-    sum_inward(tables, applied, work, out[forces.places[DRIVING] :])
-    tell_joints(forces, work, out[forces.places[REACTIONS] :])
-    tell_loops(forces, loops, multipliers, work, exerted, out[forces.places[LOOP_FORCES] :])
+            push_row(scene, work, j, multipliers[j], True, exerted)
+    sweep_outward(scene, with_rates(state, du, moving.still), moving, False)
+    add_inertia_forces(scene, work, moving)
+    sum_inward(scene, work, out[forces.places[DRIVING] :])
+    tell_joints(forces, rows, out[forces.places[REACTIONS] :])
+    tell_loops(forces, loops, multipliers, rows, exerted, out[forces.places[LOOP_FORCES] :])
     tell_gears(forces, multipliers, out[forces.places[GEAR_FORCES] :])
     for h in range(len(forces.held)):
-        hold_components(forces, tables.rows, flexible, h, work, modal, workspace)
-    tell_parts(tables, loops, forces, inputs, multipliers, work, exerted, workspace, out)
+        hold_components(scene, forces, work, own, h)
+    tell_parts(scene, forces, state, work, own, out)
     if len(loops.points.places) > 0:
-        tell_contacts(forces, loops, tables.gravity, z, multipliers, work, exerted.met, out)
+        tell_contacts(scene, forces, state, work, exerted.met, out)
 
 
 @expanded
-def add_and_tell_loads(
-    between: LoadsBetween,
-    rows: np.ndarray,
-    flexible: FlexibleTables,
-    t: float,
-    inputs: np.ndarray,
-    states: np.ndarray,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    workspace: ForceWorkspace,
-    told: np.ndarray,
-) -> None:
+def add_and_tell_loads(scene: Scene, state: State, work: Work, own: ForceWork, told: np.ndarray) -> None:
     """Apply loads between frames one by one, and write what each does on its ends, in N, and where these are."""
-    acting, applied, rates, points = workspace.acting, workspace.applied, workspace.load_rates, workspace.points
-    find_near(between.reach, flexible, work, modal, acting)
+    between, acting, points = scene.between, work.acting, own.points
+    find_near(scene, work)
     nearness = acting[nearness_at(between.reach) :]
     told[: WRENCH * len(between.rows)] = 0.0
     points[:, :] = 0.0
@@ -250,30 +209,22 @@ def add_and_tell_loads(
         if nearness[i] <= 0.0:
             continue
         team, first = between.loads[i, TEAM], between.loads[i, FIRST_END]
-        gather_points(between, flexible, team, i, i + 1, work, modal, acting)
-        evaluate_load(between, i, i, flexible, t, inputs, states, drives, q, u, work, acting)
+        gather_points(scene, work, team, i, i + 1)
+        evaluate_load(scene, state, work, i, i)
         ends, done = acting[place_of_load(between) :], acting[span_of_load(between, i)]
         for e in range(between.loads[i, END_COUNT]):
             put(points, first + e, 0, three(ends, END_NUMBERS * e + P))
             for c in range(WRENCH):
                 told[WRENCH * (first + e) + c] = done[WRENCHES + WRENCH * e + c]
-        apply_load(between, i, i, rows, flexible, rates, applied, work, modal, acting)
-        push_points(between, flexible, team, i, i + 1, modal, acting)
+        apply_load(scene, work, i, i, own.load_rates)
+        push_points(scene, work, team, i, i + 1)
 
 
 @kernel
-def add_inertia_forces(
-    tables: Tables,
-    flexible: FlexibleTables,
-    work: np.ndarray,
-    moving: np.ndarray,
-    modal: np.ndarray,
-    modal_rates: np.ndarray,
-) -> None:
+def add_inertia_forces(scene: Scene, work: Work, moving: Work) -> None:
     """Add what du needs to the forces of all rows; velocities of `moving` are accelerations (Eq. 15, 16)."""
-    links, frames, moves = Links(tables.rows, tables.geometry), Frames(work), Frames(moving)
-    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
-    rates = ModalBodies(flexible.bodies, flexible.pool, modal_rates)
+    links, frames, moves = links_of(scene), work.frames, moving.frames
+    bodies, rates = bodies_of(scene, work), bodies_of(scene, moving)
     for i in range(len(links)):
         link, frame, moved = links[i], frames[i], moves[i]
         if link.kind == Kind.INTERFACE or (link.flexible < 0 and link.mass == 0.0):
@@ -287,9 +238,9 @@ def add_inertia_forces(
 
 
 @kernel
-def sum_inward(tables: Tables, applied: np.ndarray, work: np.ndarray, driving: np.ndarray) -> None:
+def sum_inward(scene: Scene, work: Work, driving: np.ndarray) -> None:
     """Hand the forces that rows need to what carries them, and write what drives give beyond what is applied."""
-    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    links, frames, applied = links_of(scene), work.frames, work.applied
     for i in range(len(links) - 1, -1, -1):
         link, frame = links[i], frames[i]
         if link.drive >= 0:

@@ -8,30 +8,44 @@ the same from dense partial velocities.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.bodies import ModalBodies, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_inward
 from kanefe.kernels.joints.motion import put_three
-from kanefe.kernels.layout import COORDINATES, COUNT, MODAL_SIZE, SPEEDS, WORK, work_size
+from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.exact_beam_layout import beam_work_in
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
-from kanefe.kernels.tables import FlexibleTables, Tables
-from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind, Link, Links
+from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink, Kind, Link
 from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, dot
 
 
+class Columns(NamedTuple):
+    """What columns of the mass matrix are written with.
+
+    Attributes
+    ----------
+    scene : Scene
+    work : Work
+        After an outward sweep, with inertias of links and all that they carry.
+    found : ndarray, shape (free + driven, free + driven)
+    """
+
+    scene: Scene
+    work: Work
+    found: np.ndarray
+
+
 @entry()
-def put_masses(
-    tables: Tables, flexible: FlexibleTables, drives: RealRows, y: Reals, found: RealRows, memory: Reals
-) -> None:
+def put_masses(scene: Scene, drives: RealRows, y: Reals, found: RealRows, memory: Reals) -> None:
     """Write the mass matrix of a state ``(q, u, ...)`` over its free and driven speeds.
 
     Parameters
@@ -39,37 +53,34 @@ def put_masses(
     drives : ndarray, shape (driven, 3)
     y : ndarray
     found : ndarray, shape (free + driven, free + driven)
-    memory : ndarray, shape (`masses_memory_size`,)
+    memory : ndarray
+        For `Work`.
     """
-    n, size = tables.sizes[COORDINATES], work_size(tables)
-    work, rest = memory[:size].reshape(-1, WORK), memory[size:]
-    modal, column = rest[: flexible.sizes[MODAL_SIZE]], rest[flexible.sizes[MODAL_SIZE] :]
-    sweep_outward(tables, flexible, drives, y[:n], y[n : n + tables.sizes[SPEEDS]], work, modal)
-    set_inertia(tables, flexible, work, modal)
+    work = work_in(scene, memory)
+    sweep_outward(scene, state_in(scene.tables, 0.0, y, drives, y), work, False)
+    set_inertia(scene, work)
     found[:, :] = 0.0
-    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    links, frames, bodies, columns = links_of(scene), work.frames, bodies_of(scene, work), Columns(scene, work, found)
     for i in range(len(links) - 1, -1, -1):
         link, frame = links[i], frames[i]
         if link.kind != Kind.INTERFACE:
             if link.flexible >= 0:
-                _put_modes(links, flexible, i, frames, modal, found)
-            _put_joint(links, flexible, i, frames, modal, found)
+                _put_modes(columns, i)
+            _put_joint(columns, i)
         if link.parent >= 0:
             hand_inward(frames[link.parent], frame.r, frame.M, frame.H, frame.J, ZERO, ZERO)
-    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
     for f in range(len(bodies)):
         body = bodies[f]
         if body.transform >= 0:
-            _transform_columns(found, body.first_deta, body.to_modes, column[: body.k])
-            _transform_rows(found, body.first_deta, body.to_modes, column[: body.k])
+            _transform_columns(found, body.first_deta, body.to_modes, body.x)
+            _transform_rows(found, body.first_deta, body.to_modes, body.x)
 
 
 @kernel
-def _put_joint(
-    links: Links, flexible: FlexibleTables, i: int, frames: Frames, modal: np.ndarray, found: np.ndarray
-) -> None:
+def _put_joint(columns: Columns, i: int) -> None:
     """Write the columns of the joint of a link."""
-    link, frame = links[i], frames[i]
+    frames = columns.work.frames
+    link, frame = links_of(columns.scene)[i], frames[i]
     speed = link.speed
     if link.kind == Kind.FIXED:
         return
@@ -77,13 +88,13 @@ def _put_joint(
         if link.kind == Kind.FREE:
             axes = frames[link.parent].R @ link.axes
             for c in range(3):
-                _put_motion(links, flexible, i, _column(axes, c), ZERO, speed + c, frames, modal, found)
+                _put_motion(columns, i, _column(axes, c), ZERO, speed + c)
             speed += 3
         for c in range(3):
-            _put_motion(links, flexible, i, ZERO, _column(frame.R, c), speed + c, frames, modal, found)
+            _put_motion(columns, i, ZERO, _column(frame.R, c), speed + c)
         return
     v, w = partials(link, frame)
-    _put_motion(links, flexible, i, v, w, speed, frames, modal, found)
+    _put_motion(columns, i, v, w, speed)
 
 
 @inlined
@@ -93,20 +104,10 @@ def _column(A: Matrix, c: int) -> Vector:
 
 
 @kernel
-def _put_motion(
-    links: Links,
-    flexible: FlexibleTables,
-    i: int,
-    v: Vector,
-    w: Vector,
-    speed: int,
-    frames: Frames,
-    modal: np.ndarray,
-    found: np.ndarray,
-) -> None:
+def _put_motion(columns: Columns, i: int, v: Vector, w: Vector, speed: int) -> None:
     """Write the column of a speed with which a link, and all that it carries, moves as one rigid body."""
-    f, n = _wrench(frames[i], v, w)
-    _hand_to_ground(links, flexible, i, f, n, speed, frames, modal, found)
+    f, n = _wrench(columns.work.frames[i], v, w)
+    _hand_to_ground(columns, i, f, n, speed)
 
 
 @inlined
@@ -116,11 +117,11 @@ def _wrench(frame: Frame, v: Vector, w: Vector) -> tuple[Vector, Vector]:
 
 
 @kernel
-def _put_modes(
-    links: Links, flexible: FlexibleTables, i: int, frames: Frames, modal: np.ndarray, found: np.ndarray
-) -> None:
+def _put_modes(columns: Columns, i: int) -> None:
     """Write the columns of the modes of a flexible body: of unit mass, with what their interfaces carry."""
-    body, G = ModalBodies(flexible.bodies, flexible.pool, modal)[links[i].flexible], frames[i].R
+    scene, work, found = columns.scene, columns.work, columns.found
+    f, frames, carrying = links_of(scene)[i].flexible, work.frames, scene.flexible.carrying
+    body, G = bodies_of(scene, work)[f], frames[i].R
     k, first, linear, angular = body.k, body.first_deta, body.linear, body.angular
     if k == 0:
         return
@@ -128,78 +129,60 @@ def _put_modes(
         if body.exact < 0:
             found[first + j, first + j] += 1.0
         else:
-            mass = beam_work_in(flexible.bodies[links[i].flexible], modal).mass
+            mass = beam_work_in(scene.flexible.bodies[f], work.modal).mass
             found[first + j, first + j] += mass[j, j]
             for other in range(j):
                 found[first + j, first + other] += mass[j, other]
                 found[first + other, first + j] += mass[j, other]
-        f, n = G @ linear[j], G @ angular[j]
+        force, moment = G @ linear[j], G @ angular[j]
         for c in range(body.carried, body.carried + body.carried_count):
-            link, frame = InterfaceLink(links[flexible.carrying[c]]), frames[flexible.carrying[c]]
-            v, w = _moved_by_mode(flexible, link, frame, k, j, modal)
+            frame = frames[carrying[c]]
+            v, w = _moved_by_mode(scene, work, carrying[c], j)
             own, turning = _wrench(frame, G @ v, G @ w)
-            _add_to_modes(flexible, link, frame, body, G, own, turning, first + j, modal, found)
-            f += own
-            n += turning + cross(frame.r, own)
-        _hand_to_ground(links, flexible, i, f, n, first + j, frames, modal, found)
+            _add_to_modes(columns, carrying[c], own, turning, first + j)
+            force += own
+            moment += turning + cross(frame.r, own)
+        _hand_to_ground(columns, i, force, moment, first + j)
 
 
 @inlined
-def _moved_by_mode(
-    flexible: FlexibleTables, link: InterfaceLink, frame: Frame, k: int, j: int, modal: np.ndarray
-) -> tuple[Vector, Vector]:
+def _moved_by_mode(scene: Scene, work: Work, i: int, j: int) -> tuple[Vector, Vector]:
     """Return velocity and angular velocity of an interface by the rate of a mode, in G."""
     # one name for both, since `modal` is real here
+    link = InterfaceLink(links_of(scene)[i])
+    k = bodies_of(scene, work)[link.flexible].k
     if link.bent < 0:
-        basis = flexible.pool[link.basis : link.basis + 6 * k].reshape(6, k)
+        basis = scene.flexible.pool[link.basis : link.basis + 6 * k].reshape(6, k)
     else:
-        basis = modal[link.bent : link.bent + 6 * k].reshape(6, k)
-    turn = InterfaceFrame(frame).tangent @ Vector(basis[3, j], basis[4, j], basis[5, j])
+        basis = work.modal[link.bent : link.bent + 6 * k].reshape(6, k)
+    turn = InterfaceFrame(work.frames[i]).tangent @ Vector(basis[3, j], basis[4, j], basis[5, j])
     return Vector(basis[0, j], basis[1, j], basis[2, j]), turn
 
 
 @kernel
-def _add_to_modes(
-    flexible: FlexibleTables,
-    link: InterfaceLink,
-    frame: Frame,
-    body: ModalBody,
-    G: Matrix,
-    f: Vector,
-    n: Vector,
-    column: int,
-    modal: np.ndarray,
-    found: np.ndarray,
-) -> None:
+def _add_to_modes(columns: Columns, i: int, f: Vector, n: Vector, column: int) -> None:
     """Add what a wrench on an interface, in N, does on the modes of its body."""
-    own, turning = G.T @ f, G.T @ n
+    scene, work = columns.scene, columns.work
+    link = links_of(scene)[i]
+    body, back = bodies_of(scene, work)[link.flexible], work.frames[link.parent].R.T
+    own, turning = back @ f, back @ n
     for j in range(body.k):
-        v, w = _moved_by_mode(flexible, link, frame, body.k, j, modal)
-        found[body.first_deta + j, column] += dot(v, own) + dot(w, turning)
+        v, w = _moved_by_mode(scene, work, i, j)
+        columns.found[body.first_deta + j, column] += dot(v, own) + dot(w, turning)
 
 
 @kernel
-def _hand_to_ground(
-    links: Links,
-    flexible: FlexibleTables,
-    i: int,
-    f: Vector,
-    n: Vector,
-    column: int,
-    frames: Frames,
-    modal: np.ndarray,
-    found: np.ndarray,
-) -> None:
+def _hand_to_ground(columns: Columns, i: int, f: Vector, n: Vector, column: int) -> None:
     """Write what a wrench on a link does along all speeds between the link and the ground, and the same as a row."""
+    links, frames, found = links_of(columns.scene), columns.work.frames, columns.found
     while i >= 0:
         link, frame = links[i], frames[i]
-        parent = frames[link.parent]
         if link.kind == Kind.INTERFACE:
-            body = ModalBodies(flexible.bodies, flexible.pool, modal)[link.flexible]
+            body = bodies_of(columns.scene, columns.work)[link.flexible]
             first, count = body.first_deta, body.k
-            _add_to_modes(flexible, InterfaceLink(link), frame, body, parent.R, f, n, column, modal, found)
+            _add_to_modes(columns, i, f, n, column)
         else:
-            first, count = link.speed, _add_to_joint(link, frame, parent, f, n, column, found)
+            first, count = link.speed, _add_to_joint(link, frame, frames[link.parent], f, n, found[:, column])
         for s in range(first, first + count):
             found[column, s] = found[s, column]
         n += cross(frame.r, f)
@@ -207,9 +190,9 @@ def _hand_to_ground(
 
 
 @inlined
-def _add_to_joint(link: Link, frame: Frame, parent: Frame, f: Vector, n: Vector, column: int, found: np.ndarray) -> int:
+def _add_to_joint(link: Link, frame: Frame, parent: Frame, f: Vector, n: Vector, along: np.ndarray) -> int:
     """Write what a wrench on a link does along the speeds of its joint; return how many these are."""
-    kind, speed, along = link.kind, link.speed, found[:, column]
+    kind, speed = link.kind, link.speed
     if kind == Kind.FIXED:
         return 0
     if kind == Kind.SPHERICAL:
@@ -242,8 +225,3 @@ def _transform_rows(found: np.ndarray, first: int, transform: np.ndarray, row: n
         copy(found[i, first : first + k], row)
         for j in range(k):
             found[i, first + j] = total(transform[j], row)
-
-
-def masses_memory_size(tables: Tables, flexible: FlexibleTables) -> int:
-    """Return how many numbers the memory of `put_masses` has."""
-    return work_size(tables) + int(flexible.sizes[MODAL_SIZE] + flexible.bodies[:, COUNT].max(initial=0))

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.bodies import ModalBodies, ModalBody
-from kanefe.kernels.compiler._numba import expanded, inlined, kernel
+from kanefe.kernels.bodies import BorderedBodies
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
+from kanefe.kernels.layout import COORDINATES
 from kanefe.kernels.loads.coordinate_law import coordinate_potential
 from kanefe.kernels.loads.loads_between import potential_between
+from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.step_commands import (
     AT,
     CENTRE,
@@ -35,8 +36,8 @@ from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.exact_beam_inertia import energies_of_beam
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
-from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Tables
-from kanefe.kernels.tree import Frame, Frames, Kind, Link, Links
+from kanefe.kernels.tables import Tables
+from kanefe.kernels.tree import Frame, Kind, Link
 from kanefe.kernels.values.tensors import NO_INERTIA, ZERO, Vector, cross, diagonal, dot, outer, symmetric
 
 BALANCE_NUMBERS = 9
@@ -44,34 +45,20 @@ BALANCE_NUMBERS = 9
 
 
 @kernel
-def _energies(
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
-    t: float,
-    drives: np.ndarray,
-    inputs: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    z: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    acting: np.ndarray,
-) -> tuple[float, float, float, float]:
+def _energies(scene: Scene, state: State, work: Work) -> tuple[float, float, float, float]:
     """Sweep a state; return kinetic, elastic and gravity energy, and the sum of the sizes of the latter two's parts."""
-    sweep_outward(tables, flexible, drives, q, u, work, modal)
-    set_inertia(tables, flexible, work, modal)
-    links, frames, bodies = Links(tables.rows, tables.geometry), Frames(work), bodies_of(flexible, modal)
-    kinetic, weight, gravity = 0.0, 0.0, three(tables.gravity, 0)
-    elastic = _joint_energy(tables, drives, q)
-    elastic += potential_between(between, flexible, t, inputs, z, drives, q, u, work, modal, acting)
+    sweep_outward(scene, state, work, False)
+    set_inertia(scene, work)
+    links, frames, bodies = links_of(scene), work.frames, bodies_of(scene, work)
+    kinetic, weight, gravity = 0.0, 0.0, three(scene.tables.gravity, 0)
+    elastic = _joint_energy(scene.tables, state) + potential_between(scene, state, work)
     size = abs(elastic)
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         momentum, spin = _momenta_of_row(link, frame, bodies)
         kinetic += 0.5 * (dot(frame.v, momentum) + dot(frame.w, spin))
         if has_modes(link):
-            of_modes, strain = _modal_energies(flexible, link.flexible, bodies[link.flexible], frame, modal)
+            of_modes, strain = _modal_energies(scene, work, link.flexible, frame)
             kinetic += of_modes
             elastic += strain
             size += strain
@@ -83,19 +70,13 @@ def _energies(
 
 
 @inlined
-def bodies_of(flexible: FlexibleTables, modal: np.ndarray) -> ModalBodies:
-    """Return the flexible bodies of a scene."""
-    return ModalBodies(flexible.bodies, flexible.pool, modal)
-
-
-@inlined
 def has_modes(link: Link) -> bool:
     """Return whether the body of a row is a flexible one."""
     return link.kind != Kind.INTERFACE and link.flexible >= 0
 
 
 @inlined
-def _momenta_of_row(link: Link, frame: Frame, bodies: ModalBodies) -> tuple[Vector, Vector]:
+def _momenta_of_row(link: Link, frame: Frame, bodies: BorderedBodies) -> tuple[Vector, Vector]:
     """Return momentum and angular momentum of a row about its origin, without rotors."""
     momentum, spin = frame.M @ frame.v + frame.H @ frame.w, frame.H.T @ frame.v + frame.J @ frame.w
     if has_modes(link):
@@ -106,14 +87,13 @@ def _momenta_of_row(link: Link, frame: Frame, bodies: ModalBodies) -> tuple[Vect
 
 
 @kernel
-def _modal_energies(
-    flexible: FlexibleTables, f: int, body: ModalBody, frame: Frame, modal: np.ndarray
-) -> tuple[float, float]:
+def _modal_energies(scene: Scene, work: Work, f: int, frame: Frame) -> tuple[float, float]:
     """Return the kinetic energy of the modes, beyond their share in the momenta, and their strain energy."""
+    body, flexible = bodies_of(scene, work)[f], scene.flexible
     eta, deta, stiffness, back = body.eta, body.deta, body.stiffness, frame.R.T
     carried = dot(back @ frame.v, combination(body.linear, deta)) + dot(back @ frame.w, combination(body.angular, deta))
     if body.exact >= 0:
-        own, strain = energies_of_beam(flexible, flexible.bodies[f], eta, deta, modal)
+        own, strain = energies_of_beam(flexible, flexible.bodies[f], eta, deta, work.modal)
         return 0.5 * (carried + own), strain
     own = strain = 0.0
     for j in range(body.k):
@@ -123,22 +103,20 @@ def _modal_energies(
 
 
 @kernel
-def _joint_energy(tables: Tables, drives: np.ndarray, q: np.ndarray) -> float:
+def _joint_energy(tables: Tables, state: State) -> float:
     """Return the energy in springs and stops along joint coordinates."""
     energy = 0.0
     for n in range(len(tables.joint_forces)):
         at, law = tables.joint_forces[n, 0], tables.joint_forces[n, 2]
         if law >= 0:
-            energy += coordinate_potential(tables.laws[law], q[at] if at >= 0 else drives[-1 - at, 0])
+            energy += coordinate_potential(tables.laws[law], state.q[at] if at >= 0 else state.drives[-1 - at, 0])
     return energy
 
 
 @kernel
-def _put_momenta(
-    tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray, reals: np.ndarray
-) -> None:
+def _put_momenta(scene: Scene, work: Work, reals: np.ndarray) -> None:
     """Write mass, centre of mass, momenta about it, and the inertia about it as of one rigid body."""
-    links, frames, bodies = Links(tables.rows, tables.geometry), Frames(work), bodies_of(flexible, modal)
+    links, frames, bodies = links_of(scene), work.frames, bodies_of(scene, work)
     origin = frames[0].p  # moments about a place in the scene: it may be far from N's origin
     total, first, momentum = 0.0, ZERO, ZERO
     for i in range(len(links)):
@@ -167,14 +145,12 @@ def _put_momenta(
 
 
 @kernel
-def _put_rigid_motions(
-    tables: Tables, work: np.ndarray, integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray
-) -> None:
+def _put_rigid_motions(scene: Scene, work: Work, reals: np.ndarray, vectors: np.ndarray) -> None:
     """Write the speeds of translations of the scene along the axes of N, and of rotations about its centre of mass."""
-    n = tables.sizes[COORDINATES]
+    n = scene.tables.sizes[COORDINATES]
     for k in range(6):
         vectors[RIGID + k, :] = 0.0
-    centre, links, frames = three(reals, CENTRE), Links(tables.rows, tables.geometry), Frames(work)
+    centre, links, frames = three(reals, CENTRE), links_of(scene), work.frames
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         if link.kind != Kind.FREE or link.parent >= 0:
@@ -194,9 +170,7 @@ BALANCE_TIME = 0
 @entry()
 def balance(
     t: float,
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
+    scene: Scene,
     drives: RealRows,
     inputs: Reals,
     integers: Integers,
@@ -209,23 +183,17 @@ def balance(
     The energies of the state AT, and where momenta are kept those, and the rigid motions of the scene. `memory` is of
     the size of that of an evaluation.
     """
-    work, modal, acting = _own(tables, flexible, memory)
-    at, n, m = vectors[AT], tables.sizes[COORDINATES], tables.sizes[COORDINATES] + tables.sizes[SPEEDS]
-    q, u, z = at[:n], at[n:m], at[m : m + tables.sizes[STATES]]
-    kinetic, elastic, weight, size = _energies(
-        tables, flexible, between, t, drives, inputs, q, u, z, work, modal, acting
-    )
+    work = work_in(scene, memory)
+    kinetic, elastic, weight, size = _energies(scene, state_in(scene.tables, t, vectors[AT], drives, inputs), work)
     reals[KINETIC], reals[ENERGY], reals[ENERGY_SIZE] = kinetic, kinetic + elastic + weight, kinetic + size
     if integers[KEEPS_MOMENTA]:
-        _put_momenta(tables, flexible, work, modal, reals)
-        _put_rigid_motions(tables, work, integers, reals, vectors)
+        _put_momenta(scene, work, reals)
+        _put_rigid_motions(scene, work, reals, vectors)
 
 
 @entry()
 def balances_of_states(
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
+    scene: Scene,
     times: Reals,
     drives: RealBlocks,
     inputs: RealRows,
@@ -248,37 +216,19 @@ def balances_of_states(
     memory : ndarray
         Of the size of that of an evaluation.
     """
-    work, modal, acting = _own(tables, flexible, memory)
-    n = tables.sizes[COORDINATES]
-    m = n + tables.sizes[SPEEDS]
+    work = work_in(scene, memory)
     for k in range(len(states)):
-        y, given = states[k], inputs[min(k, len(inputs) - 1)]
-        kinetic, elastic, weight, _ = _energies(
-            tables,
-            flexible,
-            between,
-            times[k],
-            drives[k],
-            given,
-            y[:n],
-            y[n:m],
-            y[m : m + tables.sizes[STATES]],
-            work,
-            modal,
-            acting,
-        )
-        found[k, 0], found[k, 1], found[k, 2] = kinetic, elastic, weight
-        momentum, spin = _momenta_about_origin(tables, flexible, work, modal)
+        state = state_in(scene.tables, times[k], states[k], drives[k], inputs[min(k, len(inputs) - 1)])
+        found[k, 0], found[k, 1], found[k, 2], _ = _energies(scene, state, work)
+        momentum, spin = _momenta_about_origin(scene, work)
         put_three(found[k], 3, momentum)
         put_three(found[k], 6, spin)
 
 
 @kernel
-def _momenta_about_origin(
-    tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray
-) -> tuple[Vector, Vector]:
+def _momenta_about_origin(scene: Scene, work: Work) -> tuple[Vector, Vector]:
     """Return linear momentum, and angular momentum about N's origin with that of rotors."""
-    links, frames, bodies = Links(tables.rows, tables.geometry), Frames(work), bodies_of(flexible, modal)
+    links, frames, bodies = links_of(scene), work.frames, bodies_of(scene, work)
     momentum, spin = ZERO, ZERO
     for i in range(len(links)):
         link, frame = links[i], frames[i]
@@ -288,10 +238,3 @@ def _momenta_about_origin(
         if link.kind != Kind.INTERFACE:
             spin += frame.R @ link.rotor
     return momentum, spin
-
-
-@expanded
-def _own(tables: Tables, flexible: FlexibleTables, memory: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the parts of a memory for rows, modes and loads between frames."""
-    rows, modes = work_size(tables), flexible.sizes[MODAL_SIZE]
-    return memory[:rows].reshape(-1, WORK), memory[rows : rows + modes], memory[rows + modes :]

@@ -12,18 +12,20 @@ pivot of each load finds as many products as its tangents have: of a spring one,
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy, cross, matrix, plus, put_three, rotated_back, three
+from kanefe.kernels.algebra.vectors import copy, cross, plus, three
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
-from kanefe.kernels.evaluation.evaluation import Workspace, parts_of, workspace_in
 from kanefe.kernels.force_elements.places import WRENCH
-from kanefe.kernels.layout import AXES, COUNT, DETA, FREE, KIND, PARENT, SPEED, SPHERICAL, TRANSFORM, R
+from kanefe.kernels.joints.motion import put_three as put_vector
+from kanefe.kernels.joints.motion import three as vector_at
 from kanefe.kernels.loads.load_tangents import (
     largest_of,
     put_tangents,
@@ -37,15 +39,18 @@ from kanefe.kernels.loads.loads_layout import SPEED as SPEED_OF_MARKER
 from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.loads.reach import nearness_at
+from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS, RANK, SHARE_OF_RATES
 from kanefe.kernels.steppers.step_commands import (
+    AT,
     JACOBIAN_ROW,
     SHARE_DAMPING,
     SHARE_STIFFNESS,
     TIME_AT,
 )
 from kanefe.kernels.sweeps.elastic import total
-from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
+from kanefe.kernels.tables import LoadsBetween
+from kanefe.kernels.tree import Kind
 
 NEGLIGIBLE = 1e-12
 """Fraction of the largest tangent of a load below which what is left of them is round-off."""
@@ -56,12 +61,26 @@ def directions_memory_size(between: LoadsBetween, speeds: int) -> int:
     return 2 * speeds + max(tangent_size(int(row[END_COUNT]), int(row[STATE_COUNT])) for row in between.loads)
 
 
+class Directions(NamedTuple):
+    """What directions are written with.
+
+    Attributes
+    ----------
+    scene : Scene
+    work : Work
+        Of a linearly implicit evaluation.
+    row, reach : ndarray, shape (free + driven,)
+    """
+
+    scene: Scene
+    work: Work
+    row: np.ndarray
+    reach: np.ndarray
+
+
 @entry()
 def put_directions(
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
-    loops: Loops,
+    scene: Scene,
     drives: RealRows,
     inputs: Reals,
     integers: Integers,
@@ -75,10 +94,15 @@ def put_directions(
     The state AT has been evaluated, linearly implicit, with the same `memory`. `own` is of `directions_memory_size`.
     States are followed where SHARE_OF_RATES is above zero.
     """
-    workspace, parts = workspace_in(memory, tables, flexible, between, loops), parts_of(tables, vectors)
-    work, acting, q, u, z = workspace.work, workspace.acting, parts.q, parts.u, parts.z
-    speeds, m, most = len(workspace.applied), len(u), integers[MOST_DIRECTIONS]
-    row, reach, rest = own[:speeds], own[speeds : 2 * speeds], own[2 * speeds :]
+    work, state = work_in(scene, memory), state_in(scene.tables, reals[TIME_AT], vectors[AT], drives, inputs)
+    between, acting, speeds, m, most = (
+        scene.between,
+        work.acting,
+        len(work.applied),
+        len(state.u),
+        integers[MOST_DIRECTIONS],
+    )
+    rest, given = own[2 * speeds :], Directions(scene, work, own[:speeds], own[speeds : 2 * speeds])
     shares = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS], reals[SHARE_OF_RATES]
     first = integers[JACOBIAN_ROW]
     Z, W, X = vectors[first : first + most], vectors[first + most : first + 2 * most], vectors[first + 2 * most :]
@@ -91,18 +115,18 @@ def put_directions(
                 X[i] = 0.0
                 X[i, m + i] = 1.0 / (1.0 + shares[2] * between.decay_rates[i])
             continue
-        evaluate_load(between, n, n, flexible, reals[TIME_AT], inputs, z, drives, q, u, work, acting)
+        evaluate_load(scene, state, work, n, n)
         tangents = tangent_memory(between, n, followed, rest)
-        if not put_tangents(between, n, reals[TIME_AT], shares, inputs, z, acting, tangents):
+        if not put_tangents(scene, state, work, n, shares, tangents):
             tangents.T[:] = 0.0  # a step between growth and decay: the iteration will not converge, and tells it
         T = tangents.T
         for i in range(followed):
-            _put_row(between, n, tables, flexible, 1.0, T[count + i], m, workspace, row, reach, X[states + i])
+            _put_row(given, n, 1.0, T[count + i], X[states + i])
         largest, a, b = largest_of(T, count)
         least = NEGLIGIBLE * largest
         while largest > least and rank < most:
-            _respond(between, n, tables, flexible, T[:count, b], workspace, Z[rank, :m])
-            _put_row(between, n, tables, flexible, 1.0 / T[a, b], T[a], m, workspace, row, reach, W[rank])
+            _respond(scene, work, n, T[:count, b], Z[rank, :m])
+            _put_row(given, n, 1.0 / T[a, b], T[a], W[rank])
             take_off(T, count, a, b)
             rank += 1
             largest, a, b = largest_of(T, count)
@@ -110,46 +134,28 @@ def put_directions(
 
 
 @kernel
-def _respond(
-    between: LoadsBetween,
-    n: int,
-    tables: Tables,
-    flexible: FlexibleTables,
-    wrenches: np.ndarray,
-    workspace: Workspace,
-    du: np.ndarray,
-) -> None:
+def _respond(scene: Scene, work: Work, n: int, wrenches: np.ndarray, du: np.ndarray) -> None:
     """Write what the tree answers to wrenches on the ends of a load."""
-    work, modal, applied = workspace.work, workspace.modal, workspace.applied
-    clear_all_forces(tables, flexible, applied, work, modal)
+    between = scene.between
+    clear_all_forces(scene, work)
     for i in range(between.loads[n, END_COUNT]):
         end = between.loads[n, FIRST_END] + i
         row, force, moment = between.rows[end], three(wrenches, WRENCH * i), three(wrenches, WRENCH * i + 3)
         if row == COORDINATE:
-            applied[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
+            work.applied[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
         elif row >= 0:
-            lever = lever_of(between.markers, end, row, work)
-            push(tables.rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
-    sweep_forces_inward(tables, flexible, applied, work, modal, workspace.border, True, None)
-    sweep_accelerations(tables, flexible, applied, work, modal, workspace.border, True, None, du)
+            lever = lever_of(between.markers, end, row, work.frames.numbers)
+            push(scene, work, row, force, plus(moment, cross(lever, force)))
+    sweep_forces_inward(scene, work, True, None)
+    sweep_accelerations(scene, work, True, None, du)
 
 
 @kernel
-def _put_row(
-    between: LoadsBetween,
-    n: int,
-    tables: Tables,
-    flexible: FlexibleTables,
-    share: float,
-    along: np.ndarray,
-    free: int,
-    workspace: Workspace,
-    row: np.ndarray,
-    reach: np.ndarray,
-    out: np.ndarray,
-) -> None:
+def _put_row(given: Directions, n: int, share: float, along: np.ndarray, out: np.ndarray) -> None:
     """Write a share of a row over the motions of the ends of a load, and its states, over all unknowns."""
-    work, count = workspace.work, between.loads[n, END_COUNT]
+    scene, work, row = given.scene, given.work, given.row
+    between, free = scene.between, len(row) - len(work.driving)
+    count = between.loads[n, END_COUNT]
     row[:] = 0.0
     for i in range(count):
         end = between.loads[n, FIRST_END] + i
@@ -157,10 +163,9 @@ def _put_row(
         if at == COORDINATE:
             row[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
         elif at >= 0:
-            lever = lever_of(between.markers, end, at, work)
-            whole = plus(moment, cross(lever, force))
-            walk_inward(tables, flexible, at, force, whole, work, workspace.modal, row, reach)
-    _over_speeds(tables, flexible, work, row, reach)
+            lever = lever_of(between.markers, end, at, work.frames.numbers)
+            walk_inward(scene, work, at, force, plus(moment, cross(lever, force)), row, given.reach)
+    _over_speeds(scene, work, row, given.reach)
     out[:] = 0.0
     for i in range(free):
         out[i] = share * row[i]
@@ -170,26 +175,22 @@ def _put_row(
 
 
 @kernel
-def _over_speeds(
-    tables: Tables, flexible: FlexibleTables, work: np.ndarray, row: np.ndarray, found: np.ndarray
-) -> None:
+def _over_speeds(scene: Scene, work: Work, row: np.ndarray, found: np.ndarray) -> None:
     """Replace what a row has in N, and of modes of unit mass, by what it has of the speeds."""
-    rows = tables.rows
-    for i in range(len(rows)):
-        if rows[i, KIND] in (SPHERICAL, FREE):
-            speed, parent = rows[i, SPEED], rows[i, PARENT]
-            if rows[i, KIND] == FREE:
-                force = three(row, speed)
-                if parent >= 0:
-                    force = rotated_back(matrix(work, parent, R), force)
-                put_three(row, speed, rotated_back(matrix(tables.geometry, i, AXES), force))
+    links, frames, bodies = links_of(scene), work.frames, bodies_of(scene, work)
+    for i in range(len(links)):
+        link = links[i]
+        if link.kind == Kind.SPHERICAL or link.kind == Kind.FREE:
+            speed = link.speed
+            if link.kind == Kind.FREE:
+                put_vector(row, speed, link.axes.T @ (frames[link.parent].R.T @ vector_at(row, speed)))
                 speed += 3
-            put_three(row, speed, rotated_back(matrix(work, i, R), three(row, speed)))
-    for f in range(len(flexible.bodies)):
-        body = flexible.bodies[f]
-        k, first = body[COUNT], body[DETA]
-        if body[TRANSFORM] >= 0:
-            transform = flexible.pool[body[TRANSFORM] : body[TRANSFORM] + k * k].reshape(k, k)
+            put_vector(row, speed, frames[i].R.T @ vector_at(row, speed))
+    for f in range(len(bodies)):
+        body = bodies[f]
+        k, first = body.k, body.first_deta
+        if body.transform >= 0:
+            transform = body.to_modes
             for j in range(k):
                 found[j] = total(transform[j], row[first : first + k])
             copy(found[:k], row[first : first + k])

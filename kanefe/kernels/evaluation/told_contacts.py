@@ -20,30 +20,24 @@ from kanefe.kernels.contact.rigid_points import (
 )
 from kanefe.kernels.evaluation.force_tables import CONTACTS, POINTS, ForceTables
 from kanefe.kernels.loads.markers import axes_of
-from kanefe.kernels.tables import Loops
+from kanefe.kernels.scene import Scene, State, Work
 
 
 @kernel
 def tell_contacts(
-    forces: ForceTables,
-    loops: Loops,
-    gravity: np.ndarray,
-    z: np.ndarray,
-    multipliers: np.ndarray,
-    work: np.ndarray,
-    met: np.ndarray,
-    out: np.ndarray,
+    scene: Scene, forces: ForceTables, state: State, work: Work, met: np.ndarray, out: np.ndarray
 ) -> None:
     """Write `CONTACT_OUTPUTS` of each contact, and `POINT_OUTPUTS` of each of its points.
 
     Parameters
     ----------
-    multipliers : ndarray, shape (m,)
-        Those of contact points are the last ones.
+    work : Work
+        Its multipliers of contact points are the last ones.
     met : ndarray, shape (points, MET_NUMBERS)
         Of what touches; that of open points is written here.
     """
-    points, of_contacts, of_points = loops.points, out[forces.places[CONTACTS] :], out[forces.places[POINTS] :]
+    z, multipliers, rows = state.z, work.multipliers, work.frames.numbers
+    points, of_contacts, of_points = scene.loops.points, out[forces.places[CONTACTS] :], out[forces.places[POINTS] :]
     count = len(points.places)
     first = len(multipliers) - 3 * count
     p = 0
@@ -56,9 +50,9 @@ def tell_contacts(
             own, j = of_points[POINT_OUTPUTS * p : POINT_OUTPUTS * (p + 1)], first + 3 * p
             own[:] = 0.0
             if not is_closed(points, p, z):
-                meet(points, p, gravity, work, met)
+                meet(points, p, scene.tables.gravity, rows, met)
             else:
-                axes = axes_of(points.markers, 2 * p, points.places[p, ON_SURFACE], work)
+                axes = axes_of(points.markers, 2 * p, points.places[p, ON_SURFACE], rows)
                 along, across = vector(met, p, MET.first), vector(met, p, MET.second)
                 if is_slipping(points, p, z):
                     status, own[11] = SLIPS, SLIPS

@@ -21,7 +21,7 @@ from kanefe.kernels.algebra.vectors import (
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, RowWrenches
+from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, RowWrenches, wrenches_in
 from kanefe.kernels.constraints.row_wrenches import wrench_on
 from kanefe.kernels.evaluation.force_tables import (
     AT_ROW,
@@ -37,13 +37,14 @@ from kanefe.kernels.evaluation.force_tables import (
     SOURCE_COUNT,
     WRENCH,
     ForceTables,
-    ForceWorkspace,
+    ForceWork,
 )
 from kanefe.kernels.layout import BASIS, BENT, COUNT, FLEXIBLE, FORCE, MOMENT, OFFSET, PARENT, POSITION, TANGENT, R
 from kanefe.kernels.loads.markers import axes_of, lever_of
 from kanefe.kernels.loads.point_and_field_loads import point_load
+from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.sweeps.elastic import project
-from kanefe.kernels.tables import FlexibleTables, Loops, Tables
+from kanefe.kernels.tables import Loops
 
 
 @kernel
@@ -93,35 +94,29 @@ def tell_gears(forces: ForceTables, multipliers: np.ndarray, told: np.ndarray) -
 
 
 @kernel
-def hold_components(
-    forces: ForceTables,
-    rows: np.ndarray,
-    flexible: FlexibleTables,
-    h: int,
-    work: np.ndarray,
-    modal: np.ndarray,
-    workspace: ForceWorkspace,
-) -> None:
+def hold_components(scene: Scene, forces: ForceTables, work: Work, own: ForceWork, h: int) -> None:
     """Write the forces along the components of a body that are fixed in G, from the wrench on it.
 
     A displacement along one of them moves G and, against it, the modes, which are in balance: the wrench on G does the
     same work as these forces where the interfaces are.
     """
+    rows, flexible, frames, modal = scene.tables.rows, scene.flexible, work.frames.numbers, work.modal
     row, first, count, at = forces.held[h]
     body = flexible.bodies[rows[row, FLEXIBLE]]
     k = body[COUNT]
     size = WRENCH + k
-    G = matrix(work, row, R)
-    force, moment = rotated_back(G, vector(work, row, FORCE)), rotated_back(G, vector(work, row, MOMENT))
-    own = workspace.components[first : first + count]
-    system, pivots = workspace.system[: count * count].reshape(count, count), workspace.pivots[:count]
+    G = matrix(frames, row, R)
+    force, moment = rotated_back(G, vector(frames, row, FORCE)), rotated_back(G, vector(frames, row, MOMENT))
+    found, size_of_all = own.components[first : first + count], len(own.components)
+    system = own.system.reshape(size_of_all * size_of_all)[: count * count].reshape(count, count)
+    pivots = own.pivots[:count]
     for c in range(count):
         constants = forces.pool[at + size * c : at + size * (c + 1)]
         shift, turn, elastic = three(constants, 0), three(constants, 3), constants[WRENCH:]
-        own[c] = dot(shift, force) + dot(turn, moment)
+        found[c] = dot(shift, force) + dot(turn, moment)
         for d in range(count):
             i, component = forces.components[first + d, AT_ROW], forces.components[first + d, COMPONENT]
-            arm = rotated_back(G, vector(work, i, OFFSET))
+            arm = rotated_back(G, vector(frames, i, OFFSET))
             velocity, spin = plus(shift, cross(turn, arm)), turn
             if k > 0:
                 basis_at, bent = rows[i, BASIS], rows[i, BENT]
@@ -131,11 +126,11 @@ def hold_components(
                 else:
                     basis = modal[bent : bent + 6 * k].reshape(6, k)
                 velocity = plus(velocity, project(basis, 0, elastic))
-                spin = plus(spin, rotated(matrix(work, i, TANGENT), project(basis, 3, elastic)))
-            along, about = unit_wrench(component, vector(forces.axes, first + d, 0), matrix(work, i, TANGENT))
+                spin = plus(spin, rotated(matrix(frames, i, TANGENT), project(basis, 3, elastic)))
+            along, about = unit_wrench(component, vector(forces.axes, first + d, 0), matrix(frames, i, TANGENT))
             system[c, d] = dot(velocity, along) + dot(spin, about)
     factorise(system, pivots)
-    solve(system, pivots, own)
+    solve(system, pivots, found)
 
 
 @inlined
@@ -151,50 +146,42 @@ def unit_wrench(component: int, axis: Numbers, T: Numbers) -> tuple[Numbers, Num
 
 
 @kernel
-def tell_parts(
-    tables: Tables,
-    loops: Loops,
-    forces: ForceTables,
-    inputs: np.ndarray,
-    multipliers: np.ndarray,
-    work: np.ndarray,
-    exerted: RowWrenches,
-    workspace: ForceWorkspace,
-    out: np.ndarray,
-) -> None:
+def tell_parts(scene: Scene, forces: ForceTables, state: State, work: Work, own: ForceWork, out: np.ndarray) -> None:
     """Write the parts of the forces at interfaces, about their deformed positions, in G (Eq. 30)."""
+    tables, loops, multipliers, rows = scene.tables, scene.loops, work.multipliers, work.frames.numbers
+    exerted = wrenches_in(own.exerted, loops)
     told, of_ends = out[forces.places[PARTS] :], out[forces.places[ENDS] :]
     for p in range(len(forces.parts)):
         target = forces.parts[p, PART_ROW]
-        place, G = vector(work, target, POSITION), matrix(work, tables.rows[target, PARENT], R)
+        place, G = vector(rows, target, POSITION), matrix(rows, tables.rows[target, PARENT], R)
         force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
         for s in range(forces.parts[p, FIRST_SOURCE], forces.parts[p, FIRST_SOURCE] + forces.parts[p, SOURCE_COUNT]):
             kind, first, count, end = forces.sources[s]
             if kind == OF_CARRIER:
                 for d in range(first, first + count):
-                    axis, T = vector(forces.axes, d, 0), matrix(work, target, TANGENT)
+                    axis, T = vector(forces.axes, d, 0), matrix(rows, target, TANGENT)
                     along, about = unit_wrench(forces.components[d, COMPONENT], axis, T)
-                    force = plus(force, rotated(G, times(workspace.components[d], along)))
-                    moment = plus(moment, rotated(G, times(workspace.components[d], about)))
+                    force = plus(force, rotated(G, times(own.components[d], along)))
+                    moment = plus(moment, rotated(G, times(own.components[d], about)))
             elif kind == OF_CHILD:
                 i = forces.bodies[first]
-                pull = times(-1.0, vector(work, i, FORCE))
-                force, arm = plus(force, pull), minus(vector(work, i, POSITION), place)
-                moment = plus(moment, minus(cross(arm, pull), vector(work, i, MOMENT)))
+                pull = times(-1.0, vector(rows, i, FORCE))
+                force, arm = plus(force, pull), minus(vector(rows, i, POSITION), place)
+                moment = plus(moment, minus(cross(arm, pull), vector(rows, i, MOMENT)))
             elif kind == OF_LOOP:
                 for j in range(first, first + count):
                     if multipliers[j] != 0.0:
-                        along, about = wrench_on(loops, j, end, True, exerted, work)
+                        along, about = wrench_on(loops, j, end, True, exerted, rows)
                         pull, turning = times(multipliers[j], along), times(multipliers[j], about)
-                        arm = minus(vector(work, loops.rows[j, ROW_A + end], POSITION), place)
+                        arm = minus(vector(rows, loops.rows[j, ROW_A + end], POSITION), place)
                         force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
             elif kind == OF_LOAD:
-                pull, arm = three(of_ends, WRENCH * first), minus(vector(workspace.points, first, 0), place)
+                pull, arm = three(of_ends, WRENCH * first), minus(vector(own.points, first, 0), place)
                 force = plus(force, pull)
                 moment = plus(moment, plus(three(of_ends, WRENCH * first + 3), cross(arm, pull)))
             else:
-                pull, turning = point_load(tables, first, inputs, work)
-                arm = minus(vector(work, tables.loads[first, 0], POSITION), place)
+                pull, turning = point_load(tables, first, state.inputs, rows)
+                arm = minus(vector(rows, tables.loads[first, 0], POSITION), place)
                 force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
         put_three(told, WRENCH * p, rotated_back(G, force))
         put_three(told, WRENCH * p + 3, rotated_back(G, moment))

@@ -9,8 +9,7 @@ from kanefe.kernels.force_elements.coordinate_friction import FrictionNumbers, p
 from kanefe.kernels.force_elements.places import WRENCH, Wrenches
 from kanefe.kernels.loads.loads_between import put_coordinates
 from kanefe.kernels.loads.loads_layout import FIRST_NUMBER, FIRST_STATE, STATE_COUNT, place_of_load
-from kanefe.kernels.tables import LoadsBetween
-from kanefe.kernels.tree import Frames
+from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import Vector, cross
 
@@ -44,13 +43,14 @@ class Bearings(Rows[Bearing]):
 
 
 @kernel
-def add_reactions(between: LoadsBetween, work: np.ndarray, reactions: np.ndarray) -> None:
+def add_reactions(scene: Scene, work: Work) -> None:
     """Add what joints exert on their bodies, about the origins of rows in N, after a sweep of accelerations.
 
-    `reactions`, (bearings, REACTION). Accelerations are linear in forces, so that reactions of several sweeps add up.
-    Moments that do not count are left out.
+    Accelerations are linear in forces, so that reactions of several sweeps add up. Moments that do not
+    count are left out.
     """
-    bearings, frames, found = Bearings(between.bearings, between.bearing_places), Frames(work), Wrenches(reactions)
+    between, frames, found = scene.between, work.frames, Wrenches(work.reactions)
+    bearings = Bearings(between.bearings, between.bearing_places)
     for b in range(len(bearings)):
         frame, on = frames[bearings[b].row], found[b]
         on.force += frame.f + frame.M @ frame.a + frame.H @ frame.alpha
@@ -59,25 +59,16 @@ def add_reactions(between: LoadsBetween, work: np.ndarray, reactions: np.ndarray
 
 
 @kernel
-def follow_reactions(
-    between: LoadsBetween,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    states: np.ndarray,
-    work: np.ndarray,
-    reactions: np.ndarray,
-    workspace: np.ndarray,
-    rates: np.ndarray,
-) -> None:
+def follow_reactions(scene: Scene, state: State, work: Work, rates: np.ndarray) -> None:
     """Write the rates of the loads that follow reactions of joints."""
-    bearings, frames, found = Bearings(between.bearings, between.bearing_places), Frames(work), Wrenches(reactions)
+    between, frames, found = scene.between, work.frames, Wrenches(work.reactions)
+    bearings, workspace, states = Bearings(between.bearings, between.bearing_places), work.acting, state.z
     for b in range(len(bearings)):
         bearing, n = bearings[b], bearings[b].load
         axes, force, moment = frames[bearing.row].R, found[b].force, found[b].moment
         if bearing.has_moment:
             moment -= cross(axes @ bearing.place, force)
-        put_coordinates(between, n, drives, q, u, workspace)
+        put_coordinates(scene, state, work, n)
         first, numbers = between.loads[n, FIRST_STATE], between.numbers[between.loads[n, FIRST_NUMBER] :]
         own, ends = slice(first, first + between.loads[n, STATE_COUNT]), workspace[place_of_load(between) :]
         law = FrictionNumbers(numbers)

@@ -32,6 +32,7 @@ from kanefe.kernels.loads.loads_layout import (
     STATE_COUNT,
     place_of_load,
 )
+from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.tables import LoadsBetween
 
 COMPLEX_STEP = 1e-30
@@ -86,14 +87,7 @@ def tangent_memory(between: LoadsBetween, n: int, followed: int, memory: np.ndar
 
 @kernel
 def put_tangents(
-    between: LoadsBetween,
-    n: int,
-    t: float,
-    shares: tuple[float, float, float],
-    inputs: np.ndarray,
-    states: np.ndarray,
-    workspace: np.ndarray,
-    memory: TangentMemory,
+    scene: Scene, state: State, work: Work, n: int, shares: tuple[float, float, float], memory: TangentMemory
 ) -> bool:
     """Write T of a load whose ends have been evaluated; return whether D is regular.
 
@@ -101,11 +95,8 @@ def put_tangents(
     ----------
     shares : tuple of float
         s, r and p.
-    states : ndarray
-        Of all loads.
-    workspace : ndarray
-        Of `add_loads_between`.
     """
+    between, t, inputs, states, workspace = scene.between, state.t, state.inputs, state.z, work.acting
     motion, own, out, T = memory.motion, memory.states, memory.out, memory.T
     count, followed = WRENCH * between.loads[n, END_COUNT], len(memory.D)
     first, place = between.loads[n, FIRST_STATE], place_of_load(between)

@@ -53,30 +53,17 @@ from kanefe.kernels.loads.reach import (
     near_load,
     nearness_at,
 )
-from kanefe.kernels.tables import FlexibleTables, LoadsBetween
+from kanefe.kernels.scene import Scene, State, Work
+from kanefe.kernels.tables import LoadsBetween
 
 
 @inlined
-def add_loads_between(
-    between: LoadsBetween,
-    rows: np.ndarray,
-    flexible: FlexibleTables,
-    t: float,
-    inputs: np.ndarray,
-    states: np.ndarray,
-    rates: np.ndarray,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    workspace: np.ndarray,
-) -> tuple[Any, Any]:
+def add_loads_between(scene: Scene, state: State, work: Work, rates: np.ndarray) -> tuple[Any, Any]:
     """Apply loads between frames and write the rates of their states; return the power taken and the power given."""
-    taken = given = 0.0 * work[0, 0]
+    between, workspace, states = scene.between, work.acting, state.z
+    taken = given = 0.0 * work.frames[0].p.x
     reach = between.reach
-    swept = find_near(reach, flexible, work, modal, workspace)
+    swept = find_near(scene, work)
     nearness = workspace[nearness_at(reach) :]
     teams = len(reach.teams)
     for i in range(teams + swept):
@@ -91,17 +78,17 @@ def add_loads_between(
             taken += decay_beside(between, team, first, last, states, rates)
         if first == last:
             continue
-        gather_points(between, flexible, team, first, last, work, modal, workspace)
+        gather_points(scene, work, team, first, last)
         for n in range(first, last):
             if nearness[n].real <= 0.0:
                 taken += decay(between, between.loads[n, FIRST_STATE], between.loads[n, STATE_COUNT], states, rates)
-                clear_points(between, flexible, n, first, workspace)
+                clear_points(between, n, first, workspace)
                 continue
-            evaluate_load(between, n, first, flexible, t, inputs, states, drives, q, u, work, workspace)
-            apply_load(between, n, first, rows, flexible, rates, applied, work, modal, workspace)
+            evaluate_load(scene, state, work, n, first)
+            apply_load(scene, work, n, first, rates)
             out = place_of_load(between) + END_NUMBERS * between.loads[n, END_COUNT]
             taken, given = taken + workspace[out + TAKEN], given + workspace[out + GIVEN]
-        push_points(between, flexible, team, first, last, modal, workspace)
+        push_points(scene, work, team, first, last)
     if reach.sizes[HAS_SWEPT_STATES]:
         for n in range(reach.sizes[FIRST_SWEPT], len(between.loads)):
             if nearness[n].real <= 0.0:
@@ -134,27 +121,16 @@ def decay(between: LoadsBetween, first: int, count: int, states: np.ndarray, rat
 
 
 @inlined
-def potential_between(
-    between: LoadsBetween,
-    flexible: FlexibleTables,
-    t: float,
-    inputs: np.ndarray,
-    states: np.ndarray,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    workspace: np.ndarray,
-) -> Any:
+def potential_between(scene: Scene, state: State, work: Work) -> Any:
     """Return the energy in loads between frames."""
-    energy = 0.0 * work[0, 0]
-    find_near(between.reach, flexible, work, modal, workspace)
+    between, workspace, states = scene.between, work.acting, state.z
+    energy = 0.0 * work.frames[0].p.x
+    find_near(scene, work)
     nearness = workspace[nearness_at(between.reach) :]
     for n in range(len(between.loads)):
         if nearness[n].real > 0.0:
-            gather_points(between, flexible, between.loads[n, TEAM], n, n + 1, work, modal, workspace)
-            evaluate_load(between, n, n, flexible, t, inputs, states, drives, q, u, work, workspace)
+            gather_points(scene, work, between.loads[n, TEAM], n, n + 1)
+            evaluate_load(scene, state, work, n, n)
             energy += workspace[place_of_load(between) + END_NUMBERS * between.loads[n, END_COUNT] + POTENTIAL]
             continue
         first = between.loads[n, FIRST_STATE]
@@ -164,98 +140,75 @@ def potential_between(
 
 
 @inlined
-def evaluate_load(
-    between: LoadsBetween,
-    n: int,
-    first_gathered: int,
-    flexible: FlexibleTables,
-    t: float,
-    inputs: np.ndarray,
-    states: np.ndarray,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    work: np.ndarray,
-    workspace: np.ndarray,
-) -> None:
+def evaluate_load(scene: Scene, state: State, work: Work, n: int, first_gathered: int) -> None:
     """Write the motion of the ends of a load, and what it does: see `kanefe.kernels.force_elements.places`.
 
     Points have been gathered from those of load `first_gathered` on.
     """
+    between, workspace, rows = scene.between, work.acting, work.frames.numbers
     first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
     ends, out = workspace[place_of_load(between) :], workspace[span_of_load(between, n)]
     for i in range(count):
         row, at = between.rows[first + i], END_NUMBERS * i
         if row == COORDINATE:
-            put_coordinate(between.markers[first + i], drives, q, u, ends[at : at + END_NUMBERS])
+            put_coordinate(between.markers[first + i], state, ends[at : at + END_NUMBERS])
             continue
         if row == A_POINT:
             continue
-        p, v, w = motion_of(row, lever_of(between.markers, first + i, row, work), work)
-        axes = axes_of(between.markers, first + i, row, work)
+        p, v, w = motion_of(row, lever_of(between.markers, first + i, row, rows), rows)
+        axes = axes_of(between.markers, first + i, row, rows)
         put_three(ends, at + P, p)
         for c in range(9):
             ends[at + A + c] = axes[c]
         put_three(ends, at + V, v)
         put_three(ends, at + W, w)
     if between.loads[n, POINT_COUNT] > 0:
-        put_points(between, n, first_gathered, flexible, work, ends, workspace)
+        put_points(scene, work, n, first_gathered)
     out[:] = 0.0
-    address = between.addresses[n, COMPLEX if np.iscomplexobj(work) else REAL]
+    address = between.addresses[n, COMPLEX if np.iscomplexobj(rows) else REAL]
     own = between.numbers[between.loads[n, FIRST_NUMBER] :]
-    given, z = inputs[between.loads[n, INPUT] :], states[between.loads[n, FIRST_STATE] :]
-    call_address(address, (t, own, given, ends, z, out))
+    given, z = state.inputs[between.loads[n, INPUT] :], state.z[between.loads[n, FIRST_STATE] :]
+    call_address(address, (state.t, own, given, ends, z, out))
 
 
 @inlined
-def apply_load(
-    between: LoadsBetween,
-    n: int,
-    first_gathered: int,
-    rows: np.ndarray,
-    flexible: FlexibleTables,
-    rates: np.ndarray,
-    applied: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-    workspace: np.ndarray,
-) -> None:
+def apply_load(scene: Scene, work: Work, n: int, first_gathered: int, rates: np.ndarray) -> None:
     """Apply what a load has written, and write the rates of its states."""
+    between = scene.between
     first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
-    out = workspace[span_of_load(between, n)]
+    out = work.acting[span_of_load(between, n)]
     for i in range(count):
         row = between.rows[first + i]
         if row == COORDINATE:
-            applied[int(between.markers[first + i, SPEED])] += out[WRENCHES + WRENCH * i]
+            work.applied[int(between.markers[first + i, SPEED])] += out[WRENCHES + WRENCH * i]
             continue
         if row < 0:  # N, which does not move, or a point
             continue
         force, moment = three(out, WRENCHES + WRENCH * i), three(out, WRENCHES + WRENCH * i + 3)
-        lever = lever_of(between.markers, first + i, row, work)
-        push(rows, flexible, row, force, plus(moment, cross(lever, force)), work, modal)
+        lever = lever_of(between.markers, first + i, row, work.frames.numbers)
+        push(scene, work, row, force, plus(moment, cross(lever, force)))
     if between.loads[n, POINT_COUNT] > 0:
-        take_shares(between, n, first_gathered, flexible, out, work, workspace)
+        take_shares(scene, work, n, first_gathered)
     of_states = between.loads[n, FIRST_STATE]
     for i in range(between.loads[n, STATE_COUNT]):
         rates[of_states + i] = out[WRENCHES + WRENCH * count + i]
 
 
 @inlined
-def put_coordinates(
-    between: LoadsBetween, n: int, drives: np.ndarray, q: np.ndarray, u: np.ndarray, workspace: np.ndarray
-) -> None:
+def put_coordinates(scene: Scene, state: State, work: Work, n: int) -> None:
     """Write the motion of the ends of a load that is along joint coordinates alone."""
-    ends, first = workspace[place_of_load(between) :], between.loads[n, FIRST_END]
+    between = scene.between
+    ends, first = work.acting[place_of_load(between) :], between.loads[n, FIRST_END]
     for i in range(between.loads[n, END_COUNT]):
         at = END_NUMBERS * i
-        put_coordinate(between.markers[first + i], drives, q, u, ends[at : at + END_NUMBERS])
+        put_coordinate(between.markers[first + i], state, ends[at : at + END_NUMBERS])
 
 
 @inlined
-def put_coordinate(marker: np.ndarray, drives: np.ndarray, q: np.ndarray, u: np.ndarray, end: np.ndarray) -> None:
+def put_coordinate(marker: np.ndarray, state: State, end: np.ndarray) -> None:
     """Write a joint coordinate as the motion of an end: it and its rate, x of position and velocity."""
     at = int(marker[AT])
     if at >= 0:
-        end[P], end[V] = q[at], u[int(marker[SPEED])]
+        end[P], end[V] = state.q[at], state.u[int(marker[SPEED])]
     else:
-        end[P], end[V] = drives[-1 - at, 0], drives[-1 - at, 1]
+        end[P], end[V] = state.drives[-1 - at, 0], state.drives[-1 - at, 1]

@@ -41,31 +41,25 @@ from kanefe.kernels.layout import (
     WORK_FORCE,
     R,
 )
+from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.sweeps.elastic import project, span, transposed_product
 from kanefe.kernels.tables import FlexibleTables, Tables
 
 
 @kernel
-def push(
-    rows: np.ndarray,
-    flexible: FlexibleTables,
-    i: int,
-    force: Numbers,
-    moment: Numbers,
-    work: np.ndarray,
-    modal: np.ndarray,
-) -> None:
+def push(scene: Scene, work: Work, i: int, force: Numbers, moment: Numbers) -> None:
     """Apply a force and a moment, about the row's origin in N, to a row; i = -1 is N, which does not move."""
     if i < 0:
         return
+    rows, frames = scene.tables.rows, work.frames.numbers
     if rows[i, KIND] == INTERFACE and not rows[i, CARRIES]:
         parent = rows[i, PARENT]
-        body = flexible.bodies[rows[i, FLEXIBLE]]
-        share_of_modes(flexible, rows, i, force, moment, work, modal, modal[span(body, WORK_FORCE)])
-        moment = plus(moment, cross(vector(work, i, OFFSET), force))
+        body = scene.flexible.bodies[rows[i, FLEXIBLE]]
+        share_of_modes(scene.flexible, rows, i, force, moment, frames, work.modal, work.modal[span(body, WORK_FORCE)])
+        moment = plus(moment, cross(vector(frames, i, OFFSET), force))
         i = parent
-    accumulate(work, i, FORCE, (-force[0], -force[1], -force[2]))
-    accumulate(work, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
+    accumulate(frames, i, FORCE, (-force[0], -force[1], -force[2]))
+    accumulate(frames, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
 
 
 @inlined
@@ -126,28 +120,28 @@ def point_load(tables: Tables, n: int, inputs: np.ndarray, work: np.ndarray) -> 
 
 
 @kernel
-def add_point_loads(
-    tables: Tables, flexible: FlexibleTables, inputs: np.ndarray, work: np.ndarray, modal: np.ndarray
-) -> Any:
+def add_point_loads(scene: Scene, state: State, work: Work) -> Any:
     """Apply forces and torques; return their power."""
-    power = 0.0 * work[0, R]
+    tables, rows = scene.tables, work.frames.numbers
+    power = 0.0 * rows[0, R]
     for n in range(len(tables.loads)):
         i = tables.loads[n, 0]
-        force, moment = point_load(tables, n, inputs, work)
-        power += dot(force, vector(work, i, VELOCITY)) + dot(moment, vector(work, i, OMEGA))
-        push(tables.rows, flexible, i, force, moment, work, modal)
+        force, moment = point_load(tables, n, state.inputs, rows)
+        power += dot(force, vector(rows, i, VELOCITY)) + dot(moment, vector(rows, i, OMEGA))
+        push(scene, work, i, force, moment)
     return power
 
 
 @kernel
-def add_field_loads(flexible: FlexibleTables, inputs: np.ndarray, work: np.ndarray, modal: np.ndarray) -> Any:
+def add_field_loads(scene: Scene, state: State, work: Work) -> Any:
     """Apply tractions, line loads and pressures; return their power."""
-    power = 0.0 * work[0, R]
+    flexible, inputs, frames, modal = scene.flexible, state.inputs, work.frames.numbers, work.modal
+    power = 0.0 * frames[0, R]
     for n in range(len(flexible.fields)):
         f, at, is_pressure, follows, pool, bending, bent = flexible.fields[n]
         body = flexible.bodies[f]
         k, i = body[COUNT], body[ROW]
-        G = matrix(work, i, R)
+        G = matrix(frames, i, R)
         zero = 0.0 * G[0]
         eta, deta, p = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)], modal[span(body, WORK_FORCE)]
         if is_pressure:
@@ -180,7 +174,7 @@ def add_field_loads(flexible: FlexibleTables, inputs: np.ndarray, work: np.ndarr
             moment = cross(place, t)
             power += dot(t, rate)
         force, moment = rotated(G, force), rotated(G, moment)
-        power += dot(force, vector(work, i, VELOCITY)) + dot(moment, vector(work, i, OMEGA))
-        accumulate(work, i, FORCE, (-force[0], -force[1], -force[2]))
-        accumulate(work, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
+        power += dot(force, vector(frames, i, VELOCITY)) + dot(moment, vector(frames, i, OMEGA))
+        accumulate(frames, i, FORCE, (-force[0], -force[1], -force[2]))
+        accumulate(frames, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
     return power

@@ -48,12 +48,14 @@ from kanefe.kernels.loads.loads_layout import (
     POINT_NUMBERS,
     TEAM,
     place_of_load,
+    span_of_load,
 )
 from kanefe.kernels.loads.markers import MARKER_AXES, POINT
 from kanefe.kernels.loads.reach import BODY, IS_PLAIN, POINTS, POOL, TURNS
+from kanefe.kernels.scene import Scene, Work
 from kanefe.kernels.sweeps.elastic import span, transposed_product
 from kanefe.kernels.sweeps.slopes import slope_motion
-from kanefe.kernels.tables import FlexibleTables, LoadsBetween
+from kanefe.kernels.tables import LoadsBetween
 
 
 @inlined
@@ -77,17 +79,9 @@ def basis_span(between: LoadsBetween, team: int, k: int) -> slice:
 
 
 @inlined
-def gather_points(
-    between: LoadsBetween,
-    flexible: FlexibleTables,
-    team: int,
-    first: int,
-    last: int,
-    work: np.ndarray,
-    modal: np.ndarray,
-    workspace: np.ndarray,
-) -> None:
+def gather_points(scene: Scene, work: Work, team: int, first: int, last: int) -> None:
     """Write displacements and rates of the points of loads beside each other."""
+    between, flexible, modal, workspace = scene.between, scene.flexible, work.modal, work.acting
     if team >= 0 and between.reach.teams[team, BODY] >= 0:
         body, width = flexible.bodies[between.reach.teams[team, BODY]], width_of(between, team)
         begin = between.loads[first, FIRST_POINT]
@@ -108,16 +102,10 @@ def rates_place(between: LoadsBetween) -> int:
 
 
 @inlined
-def put_points(
-    between: LoadsBetween,
-    n: int,
-    first_gathered: int,
-    flexible: FlexibleTables,
-    work: np.ndarray,
-    ends: np.ndarray,
-    workspace: np.ndarray,
-) -> None:
+def put_points(scene: Scene, work: Work, n: int, first_gathered: int) -> None:
     """Write the motion of the points of a load as its ends."""
+    between, flexible, workspace, rows = scene.between, scene.flexible, work.acting, work.frames.numbers
+    ends = workspace[place_of_load(between) :]
     team = between.loads[n, TEAM]
     row, width, slopes = (
         flexible.bodies[between.reach.teams[team, BODY], ROW],
@@ -126,11 +114,11 @@ def put_points(
     )
     space, rates_at = workspace[between.workspace_size[NEAR] :], rates_place(between)
     skipped = between.loads[n, FIRST_POINT] - between.loads[first_gathered, FIRST_POINT]
-    G, origin, velocity = matrix(work, row, R), vector(work, row, POSITION), vector(work, row, VELOCITY)
+    G, origin, velocity = matrix(rows, row, R), vector(rows, row, POSITION), vector(rows, row, VELOCITY)
     for e in range(between.loads[n, POINT_COUNT]):
         at = width * (skipped + e)
         place = three(between.reach.points, between.reach.teams[team, POOL] + 3 * (between.loads[n, FIRST_POINT] + e))
-        w = vector(work, row, OMEGA)
+        w = vector(rows, row, OMEGA)
         lever = rotated(G, plus(place, three(space, at)))
         p, axes = plus(origin, lever), G
         v = plus(plus(velocity, cross(w, lever)), rotated(G, three(space, rates_at + at)))
@@ -154,21 +142,15 @@ def put_points(
 
 
 @inlined
-def take_shares(
-    between: LoadsBetween,
-    n: int,
-    first_gathered: int,
-    flexible: FlexibleTables,
-    out: np.ndarray,
-    work: np.ndarray,
-    workspace: np.ndarray,
-) -> None:
+def take_shares(scene: Scene, work: Work, n: int, first_gathered: int) -> None:
     """Apply forces at the points of a load to their body, and write them, in G, in the place of displacements."""
+    between, flexible, workspace, rows = scene.between, scene.flexible, work.acting, work.frames.numbers
+    out = workspace[span_of_load(between, n)]
     team = between.loads[n, TEAM]
     row, width = flexible.bodies[between.reach.teams[team, BODY], ROW], width_of(between, team)
     space, ends = workspace[between.workspace_size[NEAR] :], workspace[place_of_load(between) :]
     skipped = between.loads[n, FIRST_POINT] - between.loads[first_gathered, FIRST_POINT]
-    G, origin, zero = matrix(work, row, R), vector(work, row, POSITION), 0.0 * work[row, R]
+    G, origin, zero = matrix(rows, row, R), vector(rows, row, POSITION), 0.0 * rows[row, R]
     force, moment = (zero, zero, zero), (zero, zero, zero)
     for e in range(between.loads[n, POINT_COUNT]):
         end = between.loads[n, POINT_END] + e
@@ -183,14 +165,12 @@ def take_shares(
                 m = plus(m, cross(rotated(nine(ends, END_NUMBERS * end + A), rotated_back(axes, point)), f))
             T = nine(space, 2 * rates_place(between) + 9 * (skipped + e))
             put_three(space, width * (skipped + e) + 3, rotated_back(T, rotated_back(G, m)))
-    accumulate(work, row, FORCE, (-force[0], -force[1], -force[2]))
-    accumulate(work, row, MOMENT, (-moment[0], -moment[1], -moment[2]))
+    accumulate(rows, row, FORCE, (-force[0], -force[1], -force[2]))
+    accumulate(rows, row, MOMENT, (-moment[0], -moment[1], -moment[2]))
 
 
 @inlined
-def clear_points(
-    between: LoadsBetween, flexible: FlexibleTables, n: int, first_gathered: int, workspace: np.ndarray
-) -> None:
+def clear_points(between: LoadsBetween, n: int, first_gathered: int, workspace: np.ndarray) -> None:
     """Write no forces at the points of a load that does not act."""
     if between.loads[n, POINT_COUNT] > 0:
         width = width_of(between, between.loads[n, TEAM])
@@ -201,16 +181,9 @@ def clear_points(
 
 
 @inlined
-def push_points(
-    between: LoadsBetween,
-    flexible: FlexibleTables,
-    team: int,
-    first: int,
-    last: int,
-    modal: np.ndarray,
-    workspace: np.ndarray,
-) -> None:
+def push_points(scene: Scene, work: Work, team: int, first: int, last: int) -> None:
     """Apply forces at the points of loads beside each other to the modes."""
+    between, flexible, modal, workspace = scene.between, scene.flexible, work.modal, work.acting
     if team >= 0 and between.reach.teams[team, BODY] >= 0:
         body, width = flexible.bodies[between.reach.teams[team, BODY]], width_of(between, team)
         begin = between.loads[first, FIRST_POINT]

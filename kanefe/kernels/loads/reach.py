@@ -15,8 +15,9 @@ from kanefe.kernels.algebra.vectors import Numbers, dot, minus, rotated, rotated
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.contact.broad_phase import BALL, overlap, sort_along_widest
 from kanefe.kernels.layout import COUNT, POSITION, WORK_ETA, R
+from kanefe.kernels.scene import Scene, Work
 from kanefe.kernels.sweeps.elastic import span
-from kanefe.kernels.tables import FlexibleTables, Reach
+from kanefe.kernels.tables import Reach
 
 # Columns of the integers of a ball
 BALL_ROW, SWELL = range(2)
@@ -89,15 +90,16 @@ def near_load(reach: Reach, i: int, out: np.ndarray) -> int:
 
 
 @inlined
-def find_near(reach: Reach, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray, out: np.ndarray) -> int:
+def find_near(scene: Scene, work: Work) -> int:
     """Write how near all loads are, and in rising order the swept ones that are; return how many these are."""
-    place_balls(reach, flexible, work, modal, out)
+    reach, rows, out = scene.between.reach, work.frames.numbers, work.acting
+    place_balls(scene, work)
     nearness = out[nearness_at(reach) : _near_at(reach)]
     for n in range(len(reach.teams)):
         first, ball = reach.teams[n, FIRST_LOAD], reach.teams[n, BALL_OF_TEAM]
         last = first + reach.teams[n, LOADS]
         if ball >= 0:
-            gap = gap_of(reach, first, ball, work, out)
+            gap = gap_of(reach, first, ball, rows, out)
             if gap > 0.0:
                 for load in range(first, last):
                     nearness[load] = -gap
@@ -105,7 +107,7 @@ def find_near(reach: Reach, flexible: FlexibleTables, work: np.ndarray, modal: n
         for load in range(first, last):
             gap, at = 0.0, reach.loads[load, FIRST_BALL]
             for m in range(reach.loads[load, BALL_COUNT]):
-                to_ball = gap_of(reach, load, reach.members[at + m], work, out)
+                to_ball = gap_of(reach, load, reach.members[at + m], rows, out)
                 gap = to_ball if m == 0 else min(gap, to_ball)
             nearness[load] = -gap if gap > 0.0 else 1.0
     return find_swept(reach, out)
@@ -169,8 +171,15 @@ def place_of_pair(pairs: np.ndarray, pair: int) -> int:
 
 
 @inlined
-def place_balls(reach: Reach, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray, out: np.ndarray) -> None:
+def place_balls(scene: Scene, work: Work) -> None:
     """Write centres in N and radii of all balls, grown by what their bodies are displaced."""
+    reach, flexible, modal, rows, out = (
+        scene.between.reach,
+        scene.flexible,
+        work.modal,
+        work.frames.numbers,
+        work.acting,
+    )
     grown = BALL * len(reach.balls)
     for s in range(len(reach.swells)):
         body, at = flexible.bodies[reach.swells[s, 0]], reach.swells[s, 1]
@@ -180,11 +189,11 @@ def place_balls(reach: Reach, flexible: FlexibleTables, work: np.ndarray, modal:
         row, swell = reach.balls[b, BALL_ROW], reach.balls[b, SWELL]
         centre, radius = vector(reach.centres, b, 0), reach.centres[b, 3]
         if row >= 0:
-            turned = rotated(real_matrix(work, row, R), centre)
+            turned = rotated(real_matrix(rows, row, R), centre)
             centre = (
-                work[row, POSITION].real + turned[0],
-                work[row, POSITION + 1].real + turned[1],
-                work[row, POSITION + 2].real + turned[2],
+                rows[row, POSITION].real + turned[0],
+                rows[row, POSITION + 1].real + turned[1],
+                rows[row, POSITION + 2].real + turned[2],
             )
         if swell >= 0:
             radius += out[grown + swell].real

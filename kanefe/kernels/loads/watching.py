@@ -10,7 +10,6 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.broad_phase import BALL
 from kanefe.kernels.force_elements.places import END_NUMBERS
-from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SPEEDS, STATES, WORK, work_size
 from kanefe.kernels.loads.loads_between import evaluate_load
 from kanefe.kernels.loads.loads_layout import (
     CHANGES,
@@ -18,14 +17,14 @@ from kanefe.kernels.loads.loads_layout import (
     END_COUNT,
     FIRST_NUMBER,
     TEAM,
-    WHOLE,
     place_of_load,
     span_of_load,
 )
 from kanefe.kernels.loads.points import gather_points
 from kanefe.kernels.loads.reach import FIRST_SWEPT, SWEPT_BALLS, find_near, find_swept, nearness_at
+from kanefe.kernels.scene import Scene, state_in, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
-from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Tables
+from kanefe.kernels.tables import LoadsBetween
 
 NEAR, ALL = -1, -2
 """Values for the loads that are looked at: those that come near, and all."""
@@ -41,9 +40,7 @@ along an axis."""
 
 @entry()
 def watch_states(
-    tables: Tables,
-    flexible: FlexibleTables,
-    between: LoadsBetween,
+    scene: Scene,
     counts: Integers,
     far: RealRows,
     times: Reals,
@@ -63,8 +60,8 @@ def watch_states(
 
     Parameters
     ----------
-    between : LoadsBetween
-        Of these loads, with the addresses of what they are watched by.
+    scene : Scene
+        With these loads alone between frames, and the addresses of what they are watched by.
     counts : ndarray of int, shape (loads,)
         How many values each has.
     far : ndarray, shape (values, 2)
@@ -76,7 +73,8 @@ def watch_states(
     states : ndarray, shape (T, state)
         Each begins with q, u and z.
     found : ndarray, shape (T, values)
-    memory : ndarray, shape (`watch_memory_size`,)
+    memory : ndarray
+        For `Work`, and `path_size` numbers behind it.
     changing : ndarray of int, shape (4,)
         Number of a load whose states an event changes (below zero: none does), number of the event, first and number of
         the states: these are written to the first state, and to `found` by how much the potential energy grows, J.
@@ -86,29 +84,20 @@ def watch_states(
     near : ndarray, shape (loads,)
         Written: above zero for loads that were looked at, whose values are no estimates.
     """
-    loads = len(between.loads)
-    size = work_size(tables)
-    work, rest = memory[:size].reshape(-1, WORK), memory[size:]
-    modes = len(rest) - between.workspace_size[WHOLE] - path_size(between)
-    modal, acting, paths = (
-        rest[:modes],
-        rest[modes : len(rest) - path_size(between)],
-        rest[len(rest) - path_size(between) :],
-    )
+    between, work = scene.between, work_in(scene, memory)
+    loads, acting, paths = len(between.loads), work.acting, memory[work.size :]
     least, last, change = paths[:loads], paths[loads : 2 * loads], paths[2 * loads :]
-    n = tables.sizes[COORDINATES]
-    m = n + tables.sizes[SPEEDS]
-    k = m + tables.sizes[STATES]
     near[:] = 1.0
     has_frames = False  # along joint coordinates alone nothing else has to be known of the scene
     for end in range(len(between.rows)):
         has_frames = has_frames or between.rows[end] != COORDINATE
     if changing[0] >= 0:
         of, y, first, count = changing[0], states[0], changing[2], changing[3]
+        state = state_in(scene.tables, times[0], y, drives[0], inputs[0])
         if has_frames:
-            sweep_outward(tables, flexible, drives[0], y[:n], y[n:m], work, modal)
-        gather_points(between, flexible, between.loads[of, TEAM], of, of + 1, work, modal, acting)
-        evaluate_load(between, of, of, flexible, times[0], inputs[0], y[m:k], drives[0], y[:n], y[n:m], work, acting)
+            sweep_outward(scene, state, work, False)
+        gather_points(scene, work, between.loads[of, TEAM], of, of + 1)
+        evaluate_load(scene, state, work, of, of)
         out, z = acting[span_of_load(between, of)], y[first : first + count]
         out[0], least[0] = 0.0, float(changing[1])
         for i in range(count):
@@ -126,9 +115,8 @@ def watch_states(
     elif only[0] == NEAR and len(states) > 1 and len(between.reach.balls) > 0:
         near[:] = change[:loads] = 0.0
         for row in range(len(states)):
-            y = states[row]
-            sweep_outward(tables, flexible, drives[row], y[:n], y[n:m], work, modal)
-            find_near(between.reach, flexible, work, modal, acting)
+            sweep_outward(scene, state_in(scene.tables, times[row], states[row], drives[row], inputs[row]), work, False)
+            find_near(scene, work)
             enclose_balls(between, acting, row == 0, change[loads:])
             nearness, at = acting[nearness_at(between.reach) :], 0
             for load in range(loads):
@@ -150,16 +138,13 @@ def watch_states(
     if not is_any(near):
         return
     for row in range(len(states)):
-        y, at = states[row], 0
-        q, u, z = y[:n], y[n:m], y[m:k]
+        here, at = state_in(scene.tables, times[row], states[row], drives[row], inputs[row]), 0
         if has_frames:
-            sweep_outward(tables, flexible, drives[row], q, u, work, modal)
+            sweep_outward(scene, here, work, False)
         for load in range(loads):
             if near[load] > 0.0:
-                gather_points(between, flexible, between.loads[load, TEAM], load, load + 1, work, modal, acting)
-                evaluate_load(
-                    between, load, load, flexible, times[row], inputs[row], z, drives[row], q, u, work, acting
-                )
+                gather_points(scene, work, between.loads[load, TEAM], load, load + 1)
+                evaluate_load(scene, here, work, load, load)
                 written = place_of_load(between) + END_NUMBERS * between.loads[load, END_COUNT]
                 for i in range(counts[load]):
                     found[row, at + i] = acting[written + i]
@@ -204,9 +189,3 @@ def put_enclosing(between: LoadsBetween, boxes: np.ndarray, acting: np.ndarray) 
 def path_size(between: LoadsBetween) -> int:
     """Return how many numbers are kept of a step: of each load and of each swept ball."""
     return 3 * len(between.loads) + PATH_NUMBERS * between.reach.sizes[SWEPT_BALLS]
-
-
-def watch_memory_size(tables: Tables, flexible: FlexibleTables, between: LoadsBetween) -> int:
-    """Return how many numbers the memory of `watch_states` has."""
-    modes = int(flexible.sizes[MODAL_SIZE])
-    return work_size(tables) + modes + int(between.workspace_size[WHOLE] + path_size(between))

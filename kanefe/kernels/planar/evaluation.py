@@ -10,21 +10,14 @@ from kanefe.kernels.algebra.cosines import put_cosines
 from kanefe.kernels.compiler._numba import expanded
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.evaluation.evaluation import Parts, parts_of
+from kanefe.kernels.evaluation.evaluation import Asked, pushes_in
 from kanefe.kernels.layout import DRIVES, SPEEDS
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import WORK, PlanarTables
 from kanefe.kernels.planar.outward import add_point_loads, set_ground, sweep_outward, sweep_turns
-from kanefe.kernels.steppers.step_commands import (
-    DAMPING_DIRECTION,
-    NO_INERTIA,
-    NOT_FINITE,
-    RATES,
-    SLOPE,
-    STIFFNESS_DIRECTION,
-    is_finite,
-)
+from kanefe.kernels.scene import Rates, State, rates_in, state_in
+from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, RATES, SLOPE, is_finite
 from kanefe.kernels.sweeps.implicit import stiffen_joints
 
 
@@ -64,58 +57,39 @@ def planar_workspace_in(memory: np.ndarray, tables: PlanarTables) -> PlanarWorks
 
 @entry()
 def evaluate_planar(
-    is_implicit: bool,
-    t: float,
-    share_damping: float,
-    share_stiffness: float,
-    tables: PlanarTables,
-    drives: RealRows,
-    inputs: Reals,
-    vectors: RealRows,
-    memory: Reals,
+    asked: Asked, tables: PlanarTables, drives: RealRows, inputs: Reals, vectors: RealRows, memory: Reals
 ) -> tuple[int, float]:
     """Evaluate dy/dt, as `kanefe.kernels.evaluation.evaluation.evaluate` does in space.
 
-    Arguments and what is returned are the same, without the tables of what no planar scene has;
+    Arguments and what is returned are the same, with the tables of the plane for the scene;
     `weakest` is 1, as of a scene without constraints.
     """
-    shares, workspace = (share_damping, share_stiffness), planar_workspace_in(memory, tables)
-    parts = parts_of(tables, vectors)
-    if not put_planar_rates(tables, drives, inputs, vectors, parts, is_implicit, shares, workspace):
+    state, rates = state_in(tables, asked.t, vectors[AT], drives, inputs), rates_in(tables, vectors[SLOPE])
+    if not put_planar_rates(tables, state, planar_workspace_in(memory, tables), rates, asked, vectors):
         return NO_INERTIA, 1.0
     return RATES if is_finite(vectors[SLOPE]) else NOT_FINITE, 1.0
 
 
 @expanded
 def put_planar_rates(
-    tables: PlanarTables,
-    drives: np.ndarray,
-    inputs: np.ndarray,
-    vectors: np.ndarray,
-    parts: Parts,
-    is_implicit: bool,
-    shares: tuple[float, float],
-    workspace: PlanarWorkspace,
+    tables: PlanarTables, state: State, workspace: PlanarWorkspace, rates: Rates, asked: Asked, vectors: np.ndarray
 ) -> bool:
     """Write dy/dt; return whether every joint has inertia along it."""
     work, angles, cosines, sines, applied, added = workspace
-    q, u, _, du, dz, powers = parts
-
+    q, u, drives = state.q, state.u, state.drives
     sweep_turns(tables, drives, q, u, angles, work)
     put_cosines(angles, cosines, sines)
-    sweep_outward(tables, drives, q, u, vectors[SLOPE], cosines, sines, len(tables.loads) > 0, work)
+    sweep_outward(tables, drives, q, u, rates.dq, cosines, sines, len(tables.loads) > 0, work)
 
     applied[:] = 0.0
-    work_of_loads = add_point_loads(tables, inputs, work)
-    dissipated, work_of_motors = add_joint_forces(tables, drives, inputs, q, u, applied)
-    if is_implicit:
-        speeds = slice(len(q), len(q) + len(u))
-        directions = vectors[DAMPING_DIRECTION, speeds], vectors[STIFFNESS_DIRECTION, speeds]
-        stiffen_joints(tables, shares[0], shares[1], directions[0], directions[1], q, u, applied, added)
+    work_of_loads = add_point_loads(tables, state.inputs, work)
+    dissipated, work_of_motors = add_joint_forces(tables, state, applied)
+    if asked.is_implicit:
+        stiffen_joints(tables, state, pushes_in(asked, vectors, len(q), len(u)), applied, added)
 
-    is_regular = sweep_inward(tables, drives, applied, work, is_implicit, added)
-    work_of_drives = sweep_accelerations(tables, drives, applied, work, du)
-    dz[:] = 0.0
-    powers[0] = dissipated
-    powers[1] = work_of_loads + work_of_motors + work_of_drives
+    is_regular = sweep_inward(tables, drives, applied, work, asked.is_implicit, added)
+    work_of_drives = sweep_accelerations(tables, drives, applied, work, rates.du)
+    rates.dz[:] = 0.0
+    rates.powers[0] = dissipated
+    rates.powers[1] = work_of_loads + work_of_motors + work_of_drives
     return is_regular

@@ -10,6 +10,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
+from kanefe.kernels.compiler.signatures import in_place
 
 # Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane
 TURN, SLIDE, FLOAT = range(3)
@@ -46,6 +47,7 @@ ALPHA = 24
 WORK = 25
 
 
+@in_place
 class PlanarTables(NamedTuple):
     """A planar scene as arrays.
 

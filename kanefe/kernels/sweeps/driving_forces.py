@@ -6,15 +6,14 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.joints.by_kind import partials
-from kanefe.kernels.tables import Tables
-from kanefe.kernels.tree import Frames, Links
+from kanefe.kernels.scene import Scene, Work, links_of
 from kanefe.kernels.values.tensors import dot
 
 
 @kernel
-def put_driving_forces(tables: Tables, applied: np.ndarray, work: np.ndarray, forces: np.ndarray) -> None:
+def put_driving_forces(scene: Scene, work: Work, forces: np.ndarray) -> None:
     """Write the forces that driven coordinates need beyond what is applied to them."""
-    links, frames = Links(tables.rows, tables.geometry), Frames(work)
+    links, frames, applied = links_of(scene), work.frames, work.applied
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         if link.drive < 0:

@@ -5,6 +5,8 @@ The kernels of `kanefe.bodies.exact.inertia`.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import (
@@ -240,16 +242,11 @@ def energies_of_beam(
 
 
 @kernel
-def stiffen_beam(
-    flexible: FlexibleTables,
-    f: int,
-    share_damping: float,
-    share_stiffness: float,
-    damping_direction: np.ndarray,
-    stiffness_direction: np.ndarray,
-    modal: np.ndarray,
-) -> None:
-    """Add ``s C + r K`` to the mass of a beam, and directional products to its forces: see `implicit`."""
+def stiffen_beam(flexible: FlexibleTables, f: int, pushes: Any, modal: np.ndarray) -> None:
+    """Add ``s C + r K`` to the mass of a beam, and directional products to its forces: see `implicit`.
+
+    `pushes`: `kanefe.kernels.sweeps.implicit.Pushes` along the coordinates of the beam.
+    """
     body = flexible.bodies[f]
     k = body[COUNT]
     beam, at, p = beam_in(flexible, body), beam_work_in(body, modal), modal[span(body, WORK_FORCE)]
@@ -257,10 +254,10 @@ def stiffen_beam(
     place = body[DAMPING] if is_damped else body[EXACT]
     C = flexible.pool[place : place + k * k].reshape(k, k)  # read where there is damping
     for i in range(k):
-        p[i] += total(beam.stiffness[i], stiffness_direction)
+        p[i] += total(beam.stiffness[i], pushes.along_stiffness)
         if is_damped:
-            p[i] += total(C[i], damping_direction)
+            p[i] += total(C[i], pushes.along_damping)
         for j in range(i + 1):
-            at.mass[i, j] += share_stiffness * beam.stiffness[i, j]
+            at.mass[i, j] += pushes.stiffness * beam.stiffness[i, j]
             if is_damped:
-                at.mass[i, j] += share_damping * C[i, j]
+                at.mass[i, j] += pushes.damping * C[i, j]

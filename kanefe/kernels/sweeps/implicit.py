@@ -7,52 +7,64 @@ scaled by the root of d it is the identity again, so that the elimination of the
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.bodies import ModalBodies
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.loads.coordinate_law import coordinate_slopes
 from kanefe.kernels.planar.layout import PlanarTables
+from kanefe.kernels.scene import Scene, State, Work, bodies_of
 from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.kernels.sweeps.exact_beam_inertia import stiffen_beam
-from kanefe.kernels.tables import FlexibleTables, Tables
+from kanefe.kernels.tables import Tables
+
+
+class Pushes(NamedTuple):
+    """What a linearly implicit evaluation is given more.
+
+    Attributes
+    ----------
+    damping, stiffness : float
+        s and r.
+    along_damping, along_stiffness : ndarray, shape (free,)
+        a and b.
+    """
+
+    damping: float
+    stiffness: float
+    along_damping: np.ndarray
+    along_stiffness: np.ndarray
 
 
 @kernel
-def stiffen_modes(
-    flexible: FlexibleTables,
-    share_damping: float,
-    share_stiffness: float,
-    damping_direction: np.ndarray,
-    stiffness_direction: np.ndarray,
-    modal: np.ndarray,
-) -> None:
+def stiffen_modes(scene: Scene, work: Work, pushes: Pushes) -> None:
     """Scale forces and coupling of all modes by ``1 / sqrt(d)``, after adding directional products, over the speeds."""
-    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
+    bodies = bodies_of(scene, work)
     for f in range(len(bodies)):
         body = bodies[f]
         k, speed = body.k, body.first_deta
-        here = slice(speed, speed + k)
+        along_damping = pushes.along_damping[speed : speed + k]
+        along_stiffness = pushes.along_stiffness[speed : speed + k]
         if body.exact >= 0:
-            stiffen_beam(
-                flexible, f, share_damping, share_stiffness, damping_direction[here], stiffness_direction[here], modal
-            )
+            own = Pushes(pushes.damping, pushes.stiffness, along_damping, along_stiffness)
+            stiffen_beam(scene.flexible, f, own, work.modal)
             continue
         workspace = body.even.numbers
         of_damping, of_stiffness = workspace[:k], workspace[k : 2 * k]
         if body.transform < 0:
-            copy(damping_direction[here], of_damping)
-            copy(stiffness_direction[here], of_stiffness)
+            copy(along_damping, of_damping)
+            copy(along_stiffness, of_stiffness)
         else:
-            transposed_product(body.to_modes, 0, damping_direction[here], of_damping)
-            transposed_product(body.to_modes, 0, stiffness_direction[here], of_stiffness)
+            transposed_product(body.to_modes, 0, along_damping, of_damping)
+            transposed_product(body.to_modes, 0, along_stiffness, of_stiffness)
         p, scale, linear, angular, stiffness = body.p, body.scale, body.linear, body.angular, body.stiffness
         for j in range(k):
             damping = 0.0
             if body.damped >= 0:
                 damping = body.damping[j, j]
-            s = 1.0 / np.sqrt(1.0 + share_damping * damping + share_stiffness * stiffness[j])
+            s = 1.0 / np.sqrt(1.0 + pushes.damping * damping + pushes.stiffness * stiffness[j])
             scale[j] = s
             p[j] = s * (p[j] + damping * of_damping[j] + stiffness[j] * of_stiffness[j])
             linear[j], angular[j] = s * linear[j], s * angular[j]
@@ -60,21 +72,13 @@ def stiffen_modes(
 
 @kernel
 def stiffen_joints(
-    tables: Tables | PlanarTables,
-    share_damping: float,
-    share_stiffness: float,
-    damping_direction: np.ndarray,
-    stiffness_direction: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    applied: np.ndarray,
-    added: np.ndarray,
+    tables: Tables | PlanarTables, state: State, pushes: Pushes, applied: np.ndarray, added: np.ndarray
 ) -> None:
     """Write the inertia that ``s C + r K`` adds along each joint coordinate; add directional products to the forces."""
     added[:] = 0.0
     for n in range(len(tables.joint_forces)):
         at, speed, law = tables.joint_forces[n, 0], tables.joint_forces[n, 1], tables.joint_forces[n, 2]
         if at >= 0 and law >= 0:
-            stiffness, damping = coordinate_slopes(tables.laws[law], q[at].real, u[speed].real)
-            added[speed] += share_damping * damping + share_stiffness * stiffness
-            applied[speed] += damping * damping_direction[speed] + stiffness * stiffness_direction[speed]
+            stiffness, damping = coordinate_slopes(tables.laws[law], state.q[at].real, state.u[speed].real)
+            added[speed] += pushes.damping * damping + pushes.stiffness * stiffness
+            applied[speed] += damping * pushes.along_damping[speed] + stiffness * pushes.along_stiffness[speed]

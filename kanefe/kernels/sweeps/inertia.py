@@ -4,30 +4,27 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from kanefe.kernels.bodies import ModalBodies, ModalBody
+from kanefe.kernels.bodies import ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.joints.motion import three
+from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.body_inertia import clear, first_moment, put_rigid
 from kanefe.kernels.sweeps.elastic import set_flexible, set_stiff
 from kanefe.kernels.sweeps.exact_beam_inertia import set_exact
-from kanefe.kernels.tables import FlexibleTables, Tables
-from kanefe.kernels.tree import Frame, Frames, Kind, Links
+from kanefe.kernels.tree import Frame, Kind
 from kanefe.kernels.values.tensors import Vector, cross, dot
 
 
 @kernel
-def set_inertia(tables: Tables, flexible: FlexibleTables, work: np.ndarray, modal: np.ndarray) -> None:
+def set_inertia(scene: Scene, work: Work) -> None:
     """Write inertia, force and moment of all rows: those of their bodies alone."""
-    links, frames, fall = Links(tables.rows, tables.geometry), Frames(work), three(tables.gravity, 0)
-    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
+    links, frames, bodies, fall = links_of(scene), work.frames, bodies_of(scene, work), three(scene.tables.gravity, 0)
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         if link.kind != Kind.INTERFACE and link.flexible >= 0:
             body = bodies[link.flexible]
             if body.exact >= 0:
-                set_exact(flexible, link.flexible, i, work, modal)
+                set_exact(scene.flexible, link.flexible, i, frames.numbers, work.modal)
             elif body.k > 0:
                 set_flexible(body, frame)
             else:

@@ -17,15 +17,15 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, solve, solve_columns
-from kanefe.kernels.bodies import BorderedBodies, BorderedBody, ModalBody
+from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.joints.handing import hand_force_inward, hand_inward
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.layout import EXACT, WORK_SCALE
+from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import combination, span, total, transposed_product
 from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
-from kanefe.kernels.tables import FlexibleTables
-from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Link, Links
+from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink
 from kanefe.kernels.values.records import Values
 from kanefe.kernels.values.tensors import (
     NO_INERTIA,
@@ -43,17 +43,9 @@ from kanefe.kernels.values.tensors import (
 
 
 @kernel
-def eliminate_modes(
-    links: Links,
-    flexible: FlexibleTables,
-    f: int,
-    frames: Frames,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-) -> None:
+def eliminate_modes(scene: Scene, work: Work, f: int, is_implicit: bool) -> None:
     """Take the modes of a body out of the articulated inertia of its link; scaled ones in an implicit sweep."""
-    body = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f]
+    body, frames, flexible = bodies_of(scene, work)[f], work.frames, scene.flexible
     frame, count = frames[body.link], body.carried_count
     if body.k == 0:  # its interfaces are fixed in G
         for c in range(count):
@@ -67,7 +59,7 @@ def eliminate_modes(
     if count > 0:
         for c in range(count):
             i = flexible.carrying[body.carried + c]
-            _gather(flexible, f, body, c, links[i], frames[i], G, modal, is_implicit)
+            _gather(scene, work, body, c, i, is_implicit)
         _put_in_series(body)
         M, H, J, f_of_G, n_of_G = _with_carried(body, M, H, J, f_of_G, n_of_G)
     frame.M += congruent(G, M)
@@ -97,26 +89,23 @@ def _coupling_gives_way(body: ModalBody) -> Matrix:
 
 
 @inlined
-def _gather(
-    flexible: FlexibleTables,
-    f: int,
-    body: BorderedBody,
-    c: int,
-    link: Link,
-    frame: Frame,
-    G: Matrix,
-    modal: np.ndarray,
-    is_implicit: bool,
-) -> None:
-    """Write B, H, A and f of an interface that carries something, in G."""
-    k, own, at, back = body.k, InterfaceLink(link), 6 * c, G.T
+def _gather(scene: Scene, work: Work, body: BorderedBody, c: int, i: int, is_implicit: bool) -> None:
+    """Write B, H, A and f of an interface that carries something, in G: the one in row i is number c of its body."""
+    flexible, modal, frame, own, G = (
+        scene.flexible,
+        work.modal,
+        work.frames[i],
+        InterfaceLink(links_of(scene)[i]),
+        work.frames[body.link].R,
+    )
+    k, at, back = body.k, 6 * c, G.T
     basis, lever, inertia = body.basis[at : at + 6], body.lever[at : at + 6], body.inertia[at : at + 6]
     T = InterfaceFrame(frame).tangent
     if own.bent < 0:
         _place_basis(flexible.pool[own.basis : own.basis + 6 * k].reshape(6, k), T, basis)
     else:
         _place_basis(modal[own.bent : own.bent + 6 * k].reshape(6, k), T, basis)
-    scale(flexible.bodies[f], basis, modal, is_implicit)
+    scale(flexible.bodies[own.flexible], basis, modal, is_implicit)
     r = back @ frame.r
     for a in range(6):
         put_three(lever[a], 0, -combination(body.linear, basis[a]))
@@ -201,11 +190,9 @@ def _put_column(A: np.ndarray, i: int, a: Vector, b: Vector) -> None:
 
 
 @kernel
-def eliminate_modal_forces(
-    flexible: FlexibleTables, f: int, frames: Frames, modal: np.ndarray, border: np.ndarray, is_implicit: bool
-) -> None:
+def eliminate_modal_forces(scene: Scene, work: Work, f: int, is_implicit: bool) -> None:
     """Hand other forces on the modes, and on what the body carries, to its link: the border is there already."""
-    body = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f]
+    body, frames, flexible = bodies_of(scene, work)[f], work.frames, scene.flexible
     k, count, frame = body.k, body.carried_count, frames[body.link]
     if k == 0:
         for c in range(count):
@@ -213,7 +200,7 @@ def eliminate_modal_forces(
             hand_force_inward(frame, moved.r, moved.f, moved.n)
         return
     G, p, column = frame.R, body.p, body.column
-    scale(flexible.bodies[f], p.reshape(1, k), modal, is_implicit)
+    scale(flexible.bodies[f], p.reshape(1, k), work.modal, is_implicit)
     for c in range(count):
         moved = frames[flexible.carrying[body.carried + c]]
         put_three(column, 6 * c, G.T @ moved.f)
@@ -247,17 +234,9 @@ def push_through_modes(
 
 
 @kernel
-def modal_accelerations(
-    flexible: FlexibleTables,
-    f: int,
-    frames: Frames,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    du: np.ndarray,
-) -> None:
+def modal_accelerations(scene: Scene, work: Work, f: int, is_implicit: bool, du: np.ndarray) -> None:
     """Write ddeta of a body, and the share of du in the motion of its carrying interfaces."""
-    body = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f]
+    body, frames, flexible = bodies_of(scene, work)[f], work.frames, scene.flexible
     k, count, speed, frame = body.k, body.carried_count, body.first_deta, frames[body.link]
     G, x = frame.R, body.x
     if k == 0:
@@ -277,7 +256,7 @@ def modal_accelerations(
             turn = Vector(total(basis[at + 3], x), total(basis[at + 4], x), total(basis[at + 5], x))
             _carry(frame, frames[flexible.carrying[body.carried + c]], shift, turn)
     if body.exact >= 0:
-        from_unit_mass(flexible.bodies[f], x, modal)
+        from_unit_mass(flexible.bodies[f], x, work.modal)
     elif is_implicit:
         scale_rows(x.reshape(1, k), body.scale)
     if body.transform < 0:

@@ -8,60 +8,39 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import as_matrix, as_vector, numbers_of
-from kanefe.kernels.bodies import ModalBodies, ModalBody
+from kanefe.kernels.bodies import ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import move
 from kanefe.kernels.joints.motion import put_motion, put_three, three
-from kanefe.kernels.layout import COORDINATES, MODAL_SIZE, SLOPES, SPEEDS, WORK, work_size
+from kanefe.kernels.layout import SLOPES
+from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import combined, modal_state, transposed_product
 from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections, section_motion
 from kanefe.kernels.sweeps.slopes import slope_motion
-from kanefe.kernels.tables import FlexibleTables, Tables
-from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind, Links
+from kanefe.kernels.tables import FlexibleTables
+from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink, Kind
 from kanefe.kernels.values.tensors import IDENTITY, ZERO, Vector
 
 
 @kernel
-def sweep_outward(
-    tables: Tables,
-    flexible: FlexibleTables,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    work: np.ndarray,
-    modal: np.ndarray,
-) -> None:
-    """Write pose, velocity and remainder accelerations of all links, and the state of the modes."""
-    sweep_outward_again(tables, flexible, drives, q, u, False, work, modal)
+def sweep_outward(scene: Scene, state: State, work: Work, keeps: bool) -> None:
+    """Write pose, velocity and remainder accelerations of all links, and the state of the modes.
 
-
-@kernel
-def sweep_outward_again(
-    tables: Tables,
-    flexible: FlexibleTables,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    keeps: bool,
-    work: np.ndarray,
-    modal: np.ndarray,
-) -> None:
-    """Do what `sweep_outward` does; with `keeps`, `modal` is of the last evaluation of a scene.
-
-    Beams whose coordinates have not changed then keep the motion of their sections, and their mass.
+    With `keeps` the work is of the last evaluation of the scene: beams whose coordinates have not changed keep the
+    motion of their sections, and their mass.
     """
-    links, frames = Links(tables.rows, tables.geometry), Frames(work)
-    bodies = ModalBodies(flexible.bodies, flexible.pool, modal)
-    put_ground(frames[-1], three(tables.gravity, 0))
+    links, frames, bodies, modal = links_of(scene), work.frames, bodies_of(scene, work), work.modal
+    q, u, flexible = state.q, state.u, scene.flexible
+    put_ground(frames[-1], three(scene.tables.gravity, 0))
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         parent = frames[link.parent]
         if link.kind == Kind.INTERFACE:
             _move_interface(flexible, bodies[link.flexible], InterfaceLink(link), frame, parent, modal)
             continue
-        move(link, tables.numbers, frame, parent, drives, q, u)
+        move(link, scene.tables.numbers, frame, parent, state.drives, q, u)
         if link.flexible >= 0:
             is_exact = bodies[link.flexible].exact >= 0
             is_kept = keeps and is_exact and is_as_before(flexible, link.flexible, q, u, modal)
@@ -127,14 +106,7 @@ def _move_interface(
 
 @entry()
 def motions_of_rows(
-    tables: Tables,
-    flexible: FlexibleTables,
-    drives: RealBlocks,
-    states: RealRows,
-    rates: RealRows,
-    found: RealBlocks,
-    given: RealRows,
-    memory: Reals,
+    scene: Scene, drives: RealBlocks, states: RealRows, rates: RealRows, found: RealBlocks, memory: Reals
 ) -> None:
     """Write how every row moves in all of some states.
 
@@ -148,17 +120,14 @@ def motions_of_rows(
     found : ndarray, shape (T, rows, 18 or 24)
         Position, axes to N (9), velocity, angular velocity and, with rates, acceleration and angular acceleration of
         every row, in N.
-    given : ndarray, shape (driven, 3)
-        Workspace, as is `memory`: WORK numbers a row, and those of the modal work.
+    memory : ndarray
+        For `Work`.
     """
-    size = work_size(tables)
-    work, modal = memory[:size].reshape(-1, WORK), memory[size:]
-    links, frames, fall = Links(tables.rows, tables.geometry), Frames(work), three(tables.gravity, 0)
-    n = tables.sizes[COORDINATES]
-    m = n + tables.sizes[SPEEDS]
+    work, links, fall = work_in(scene, memory), links_of(scene), three(scene.tables.gravity, 0)
+    frames = work.frames
     for k in range(len(states)):
-        q = states[k, :n]
-        sweep_outward(tables, flexible, drives[k], q, states[k, n:m], work, modal)
+        state = state_in(scene.tables, 0.0, states[k], drives[k], memory)
+        sweep_outward(scene, state, work, False)
         for i in range(len(links)):
             moving, frame = found[k, i], frames[i]
             put_three(moving, 0, frame.p)
@@ -174,16 +143,17 @@ def motions_of_rows(
         if len(rates) == 0:
             continue
         # a = V du + Z, alpha = W du + Y (Eq. 15, 16): the partial velocities times du are the velocities that du causes
-        given[:, :] = 0.0
-        for i in range(len(given)):
-            given[i, 0] = drives[k, i, 0]
-        sweep_outward(tables, flexible, given, q, rates[k], work, modal)
+        sweep_outward(scene, with_rates(state, rates[k], work.still), work, False)
         for i in range(len(links)):
             moving, frame = found[k, i], frames[i]
             put_three(moving, 18, three(moving, 18) + frame.v)
             put_three(moving, 21, three(moving, 21) + frame.w)
 
 
-def motion_memory_size(tables: Tables, flexible: FlexibleTables) -> int:
-    """Return how many numbers the memory of `motions_of_rows` has."""
-    return work_size(tables) + int(flexible.sizes[MODAL_SIZE])
+@inlined
+def with_rates(state: State, du: np.ndarray, still: np.ndarray) -> State:
+    """Return a state that moves by its accelerations as speeds, with drives that do not move: these are written."""
+    still[:, :] = 0.0
+    for i in range(len(still)):
+        still[i, 0] = state.drives[i, 0]
+    return State(state.t, state.q, du, state.z, still, state.inputs)

@@ -10,16 +10,17 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.layout import COUNT, EXACT, WORK_FORCE
+from kanefe.kernels.scene import Scene, Work
 from kanefe.kernels.sweeps.elastic import coupling_span, span, total
 from kanefe.kernels.sweeps.exact_beam_layout import beam_work_in
-from kanefe.kernels.tables import FlexibleTables
 
 
 @kernel
-def scale_beams(flexible: FlexibleTables, modal: np.ndarray) -> None:
+def scale_beams(scene: Scene, work: Work) -> None:
     """Factor the mass of all beams, and write their forces and couplings for coordinates of unit mass."""
-    for f in range(len(flexible.bodies)):
-        body = flexible.bodies[f]
+    bodies, modal = scene.flexible.bodies, work.modal
+    for f in range(len(bodies)):
+        body = bodies[f]
         if body[EXACT] < 0:
             continue
         at, k = beam_work_in(body, modal), body[COUNT]

@@ -498,6 +498,16 @@ def allocate(record: type[R], **whole: int) -> tuple[np.ndarray, ...]:
     return tuple(arrays.values())
 
 
+def laid_out(record: type[Record], **whole: int) -> np.ndarray:
+    """Return the whole numbers of a record whose parts lie in one memory, of which its int `size` says how long it is.
+
+    What is in a workspace is so declared once: kernels make it of these and a memory, ``Work(integers, memory)``.
+    """
+    integers, *memories = allocate(record, **whole)
+    integers[column(record, "size")] = len(memories[-1])
+    return integers
+
+
 class Rows(Generic[R]):
     """All records of a kind in arrays: ``Links = Rows[Link]``, or a subclass of it.
 

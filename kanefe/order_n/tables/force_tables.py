@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from kanefe.kernels.constraints.loop_tables import wrenches_size
 from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
 from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.evaluation.force_tables import (
@@ -23,9 +24,11 @@ from kanefe.kernels.evaluation.force_tables import (
     REACTIONS,
     WRENCH,
     ForceTables,
+    ForceWork,
 )
 from kanefe.kernels.loads.loads_layout import FIRST_END
 from kanefe.kernels.tables import LoadsBetween, Loops
+from kanefe.kernels.values.records import laid_out
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData
@@ -98,6 +101,13 @@ class ForceTableBuilder:
             parts=np.array(parts, dtype=np.int64).reshape(-1, 3),
             sources=np.array(sources, dtype=np.int64).reshape(-1, 4),
             places=np.array((0, *np.cumsum(sizes)), dtype=np.int64),
+            work=laid_out(
+                ForceWork,
+                state_count=model.state_count,
+                end_count=len(between.rows),
+                component_count=len(held["components"]),
+                exerted_size=int(wrenches_size(loops)),
+            ),
         )
 
     def numbers_of_parts(self, body: str, interface: str) -> list[int]:
