@@ -221,41 +221,19 @@ def _kinds_of_group(group: Any, held: tuple[str, ...]) -> dict[str, Kind | None]
 
 def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
     """Return the kind that a type hint requires; infinite numbers are refused unless `may_be_infinite`."""
-
-    def are_fine(value: object, ndim: int | None = None) -> bool:
-        given = numbers(value)
-        return (ndim is None or given.ndim == ndim) and not np.any(
-            np.isnan(given) if may_be_infinite else ~np.isfinite(given)
-        )
-
     origin, inner = typing.get_origin(hint) or hint, typing.get_args(hint)
+    are_fine = partial(_are_fine, may_be_infinite)
     if origin in {typing.Union, types.UnionType}:
         kinds = [kind_of(one, may_be_infinite) for one in inner]
         words = " or ".join(dict.fromkeys(kind.words for kind in kinds))
         is_number = any(kind.is_number for kind in kinds)
         return Kind(words, lambda value: any(kind.holds(value) for kind in kinds), is_number)
-    if hint is None or hint is type(None):
-        return Kind("None", lambda value: value is None)
     if origin is Literal:
         return Kind(" or ".join(map(repr, inner)), lambda value: any(_is_same(value, one) for one in inner))
     if hint is float:
-        words = "a number" if may_be_infinite else "a finite number"
-        most = math.inf if may_be_infinite else LARGEST
-        return Kind(
-            words,
-            lambda value: (
-                -most <= value <= most
-                if type(value) in {float, int}
-                else isinstance(value, (Real, np.ndarray)) and are_fine(value, 0)
-            ),
-            is_number=True,
-        )
-    if hint is int:
-        return Kind("a whole number", _is_whole, is_number=True)
-    if hint is bool:
-        return Kind("True or False", lambda value: isinstance(value, (bool, np.bool_)))
-    if hint is str:
-        return Kind("a text", lambda value: isinstance(value, str))
+        return _number(may_be_infinite)
+    if hint is None or (isinstance(hint, type) and hint in KINDS):
+        return KINDS[hint]
     if origin is np.ndarray:
         return Kind("an array of finite numbers", lambda value: _is_flags(value) or are_fine(value))
     if origin is Callable or origin is typing.get_origin(Callable[..., Any]):
@@ -269,6 +247,27 @@ def kind_of(hint: Any, may_be_infinite: bool = False) -> Kind:
         return Kind("anything", lambda _: True)
     article = "an" if origin.__name__[0] in "AEIO" else "a"
     return Kind(f"{article} {origin.__name__}", lambda value: isinstance(value, origin))
+
+
+def _are_fine(may_be_infinite: bool, value: object, ndim: int | None = None) -> bool:
+    """Return whether all numbers of a value are finite, or at least numbers, and it has so many axes."""
+    given = numbers(value)
+    return (ndim is None or given.ndim == ndim) and not np.any(
+        np.isnan(given) if may_be_infinite else ~np.isfinite(given)
+    )
+
+
+def _number(may_be_infinite: bool) -> Kind:
+    most = math.inf if may_be_infinite else LARGEST
+    return Kind(
+        "a number" if may_be_infinite else "a finite number",
+        lambda value: (
+            -most <= value <= most
+            if type(value) in {float, int}
+            else isinstance(value, (Real, np.ndarray)) and _are_fine(may_be_infinite, value, 0)
+        ),
+        is_number=True,
+    )
 
 
 def _is_same(value: object, one: object) -> bool:
@@ -288,6 +287,17 @@ def _is_whole(value: object) -> bool:
 
 def _is_flags(value: object) -> bool:
     return isinstance(value, np.ndarray) and value.dtype.kind == "b"
+
+
+_NONE = Kind("None", lambda value: value is None)
+KINDS: dict[Any, Kind] = {
+    None: _NONE,
+    type(None): _NONE,
+    int: Kind("a whole number", _is_whole, is_number=True),
+    bool: Kind("True or False", lambda value: isinstance(value, (bool, np.bool_))),
+    str: Kind("a text", lambda value: isinstance(value, str)),
+}
+"""Kinds of plain types."""
 
 
 def _container(origin: type, kinds: list[Kind], inner: Sequence[Any], are_fine: Callable[..., bool]) -> Kind:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe._version import __version__
 from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
@@ -18,15 +17,12 @@ from kanefe.instants.missed_statics import Missed, is_known, missed_statics
 from kanefe.integrate.status import summary
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.results.channels import Channels, RunChannels
-from kanefe.results.reader import Reader
-from kanefe.results.table_files import write_csv, write_matlab
-from kanefe.results.tables import channels_of
+from kanefe.results.table_reader import TableReader
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from kanefe.results.force_errors import ForceError
-    from kanefe.scene.targets import Named
     from kanefe.views.player.drawn_modes import StressField
     from kanefe.views.player.page import Page
     from kanefe.views.plots import Figure
@@ -35,7 +31,7 @@ LOOKED_AT = 9
 """Number of output times at which ``print(result)`` evaluates what the modes of flexible bodies miss."""
 
 
-class Result(Reader):
+class Result(TableReader):
     """Outputs of a run, by body and interface name. They are computed on request.
 
     The first axis of arrays is the T output times; they are read-only. The frame of a body is R of a rigid body (at its
@@ -65,7 +61,7 @@ class Result(Reader):
     def from_channels(cls, channels: Channels) -> Result:
         """Return a result with other channels, such as those of a file."""
         result = cls.__new__(cls)
-        Reader.__init__(result, channels)
+        TableReader.__init__(result, channels)
         return result
 
     def __str__(self) -> str:
@@ -311,106 +307,6 @@ class Result(Reader):
 
         options = {"colour": colour, "stress": stress, "forces": forces, "fps": fps, "every": every}
         return shown(page_of(self, **options, scale=scale, title=title))  # type: ignore[arg-type]
-
-    @checked("channels")
-    def to_dataframe(self, channels: Named | None = None) -> Any:
-        """Return channels over the output times as a ``pandas.DataFrame``; its ``attrs["units"]`` has their units.
-
-        Parameters
-        ----------
-        channels : str, sequence or mapping of str, optional
-            A quantity, the body (or load, loop or contact) and its interface, and one component if not all are wanted:
-            ``"position arm/tip"``, ``"joint_reaction hub force_x"``, ``"kinetic_energy"``. Quantities are those of
-            `units`. A mapping gives names of your own. Default: coordinates and speeds of joints and modes.
-
-        Returns
-        -------
-        pandas.DataFrame
-            One row for each output time; the index is "time", in s.
-
-        Raises
-        ------
-        ModelError
-            If there is no such channel; the message lists what there is.
-        MissingDependency
-            If pandas is not installed.
-
-        Examples
-        --------
-        ``result.to_dataframe({"tip": "position arm/tip y"})["tip"].plot()``
-        """
-        from kanefe.storage._pandas import frame_of
-
-        found = channels_of(self, channels)
-        columns: dict[str, Any] = {name: values for channel in found for name, _, values in channel.each()}
-        units = {name: unit for channel in found for name, unit, _ in channel.each()}
-        return frame_of({"time": self.times} | columns, "time", units)
-
-    @checked("channels")
-    def to_xarray(self, channels: Named | None = None) -> Any:
-        """Return channels over the output times as an ``xarray.Dataset``; each variable has the attribute "units".
-
-        Names are such that netCDF and zarr take them: "/" is ".", and the attribute "long_name" is what was changed.
-
-        Parameters and errors: `to_dataframe`; it needs xarray.
-
-        Examples
-        --------
-        ``result.to_xarray("position arm/tip")["position arm.tip y"].sel(time=1.0, method="nearest")``
-        """
-        from kanefe.storage._xarray import data_set_of
-
-        variables = {
-            name: ("time", values.copy(), {"units": unit})
-            for channel in channels_of(self, channels)
-            for name, unit, values in channel.each()
-        }
-        about = {"kanefe": __version__, "status": str(self.status)}
-        return data_set_of(variables, {"time": ("time", self.times.copy(), {"units": "s"})}, about)
-
-    @checked("path", "channels")
-    def to_csv(self, path: str | Path, channels: Named | None = None) -> Path:
-        """Write channels over the output times as comma-separated text, with units in the first line.
-
-        Parameters
-        ----------
-        path : path
-            Ends in .csv; its folder is created.
-        channels : str, sequence or mapping of str, optional
-            See `to_dataframe`.
-
-        Raises
-        ------
-        ModelError, FileError
-            If there is no such channel, or the file cannot be written.
-
-        Examples
-        --------
-        ``result.to_csv("out/tip.csv", ["position arm/tip", "joint_reaction hub"])``
-        """
-        return write_csv(self.times, channels_of(self, channels), path)
-
-    @checked("path", "channels")
-    def to_matlab(self, path: str | Path, channels: Named | None = None) -> Path:
-        """Write channels over the output times as a MAT file: `time`, a matrix for each channel, `columns`, `units`.
-
-        Parameters
-        ----------
-        path : path
-            Ends in .mat; its folder is created.
-        channels : str, sequence or mapping of str, optional
-            See `to_dataframe`. In MATLAB ``position arm/tip`` is ``position_arm_tip``; keywords are no names.
-
-        Raises
-        ------
-        ModelError, FileError
-            If there is no such channel, two have the same name in MATLAB, or the file cannot be written.
-
-        Examples
-        --------
-        ``result.to_matlab("out/run.mat", {"tip": "position arm/tip", "load": "coupling_force arm/root"})``
-        """
-        return write_matlab(self.times, channels_of(self, channels), path)
 
     @checked
     def save(self, path: str | Path, *, forces: bool = True) -> None:

@@ -10,16 +10,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe._public import served
 from kanefe.arguments import checked
+from kanefe.bodies.inner_motion import InnerMotion
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
-from kanefe.frames import Matrix, Vector, shaped_numbers
+from kanefe.frames import shaped_numbers
 from kanefe.storage.pickled import PickledByFields
 from kanefe.storage.scipy_later import scipy, sp
 
@@ -33,30 +34,6 @@ if TYPE_CHECKING:
     from kanefe.storage.object_file import FileKind
 
 UNITS = "m, kg, s, N, rad"
-
-
-class InnerMotion(NamedTuple):
-    """Motion of a frame n of a flexible body seen from G, in components of G.
-
-    Attributes
-    ----------
-    p, A : ndarray, shapes (3,), (3, 3)
-        Place (m) and rotation A_Gn.
-    v, w : ndarray, shape (3,)
-        Velocity and angular velocity.
-    motion : ndarray, shape (6, k)
-        Their derivatives by the rates of the coordinates.
-    Z, Y : ndarray, shape (3,)
-        Remainder accelerations.
-    """
-
-    p: Vector
-    A: Matrix
-    v: Vector
-    w: Vector
-    motion: Matrix
-    Z: Vector
-    Y: Vector
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -119,6 +119,17 @@ class Sea:
     gravity: float = GRAVITY
 
     def __post_init__(self) -> None:
+        self._check_types()
+        plain_numbers(self)
+        low, high = self.range
+        if not (0.0 < low < high and math.isfinite(high)):
+            raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")
+        if not self.spectrum.moment(0, low, high) > 0.0:
+            raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
+        self._check_steepness()
+        self._check_count(high - low)
+
+    def _check_types(self) -> None:
         for what, given, kinds in (
             ("spectrum", self.spectrum, Spectrum),
             ("spreading", self.spreading, (Spreading, DirectionalTable)),
@@ -144,12 +155,9 @@ class Sea:
         for name, known in (("frequencies", ("equal", "random")), ("amplitudes", ("spectral", "rayleigh"))):
             if getattr(self, name) not in known:
                 raise ModelError(f"{name} of a sea are one of {', '.join(known)}, not {getattr(self, name)!r}")
-        plain_numbers(self)
-        low, high = self.range
-        if not (0.0 < low < high and math.isfinite(high)):
-            raise ModelError(f"frequency_range of a sea must be two frequencies above zero, in rad/s, not {low, high}")
-        if not self.spectrum.moment(0, low, high) > 0.0:
-            raise ModelError(f"there are no waves between {low:.4g} and {high:.4g} rad/s in {self.spectrum.title}")
+
+    def _check_steepness(self) -> None:
+        """Raise a ModelError if waves of the mean period would break."""
         period = self.spectrum.zero_crossing_period
         if not 0.0 < period < math.inf:
             raise ModelError(
@@ -165,11 +173,14 @@ class Sea:
                 f"{period:.4g} s, are {2.0 * math.pi / number:.4g} m long and break above "
                 f"{steepest:.4g} m. Remedy: check height and period, in m and s, and the depth"
             )
-        needed = math.ceil((high - low) * self.duration / (2.0 * math.pi))
+
+    def _check_count(self, band: float) -> None:
+        """Raise a ModelError if waves over a band of frequencies (rad/s) would repeat, or are too many."""
+        needed = math.ceil(band * self.duration / (2.0 * math.pi))
         if self.count is not None and not 1 <= self.count <= MOST_WAVES:
             raise ModelError(f"count of a sea must be 1 to {MOST_WAVES} waves, not {self.count!r}")
         if self.frequencies == "equal" and self.count is not None and self.count < needed:
-            again = 2.0 * math.pi * self.count / (high - low)
+            again = 2.0 * math.pi * self.count / band
             raise ModelError(
                 f"{self.count} waves in equal steps of frequency repeat after {again:.4g} s, within the duration of "
                 f'{self.duration:.6g} s. Remedy: {needed} waves, a shorter duration, or frequencies="random"'

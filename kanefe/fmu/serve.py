@@ -18,7 +18,8 @@ import numpy as np
 
 from kanefe._version import __version__
 from kanefe.errors import FileError, ModelError
-from kanefe.stepping.simulation import Asked, Simulation, started
+from kanefe.stepping.asked import Asked
+from kanefe.stepping.simulation import Simulation, started
 from kanefe.stepping.steppable import Steppable
 from kanefe.storage.functions_by_value import dumps_by_value
 

@@ -75,6 +75,22 @@ def with_following_rotations(
     if not set(TRANSLATIONS) <= set(components):
         raise ModelError("nodes with and without rotations can be combined in space only, not in plane models")
     _check_held(K, len(points), width, labels)
+    mean, directions, weights = _means(points, components, K, free, labels)
+    gap = directions - mean
+    carried = sp.identity(K.shape[0], format="csr") - directions.T @ gap
+    found = {name: (carried.T @ m @ carried).tocsr() for name, m in matrices.items() if name != "stiffness"}
+    found["stiffness"] = (K + gap.T @ sp.diags(weights) @ gap).tocsr()
+    return Following(found, directions)
+
+
+def _means(
+    points: np.ndarray, components: tuple[str, ...], K: sp.csr_matrix, free: dict[int, np.ndarray], labels: np.ndarray
+) -> tuple[sp.csr_matrix, sp.csr_matrix, list[float]]:
+    """Return the mean rotations of the neighbours about directions without stiffness, these directions, and weights.
+
+    Both have a row for each direction, over all coordinates; the weights are rotational stiffnesses.
+    """
+    width, turning = len(components), [i for i, c in enumerate(components) if c in ROTATIONS]
     axes = [COMPONENTS.index(components[place]) - 3 for place in turning]
     columns: list[np.ndarray] = []
     values: list[np.ndarray] = []
@@ -94,18 +110,13 @@ def with_following_rotations(
             values.append(np.append(lever.ravel(), -lever.sum(axis=0)))
             own.append(np.column_stack((node * width + np.array(turning), v)))
             weights.append(typical * np.einsum("ja,ja->", r, r) / len(near))
-    count = range(len(own))
-    at = np.concatenate([np.full(len(row), i) for i, row in zip(count, columns, strict=True)])
-    mean = sp.csr_matrix((np.concatenate(values), (at, np.concatenate(columns))), (len(own), K.shape[0]))
+    count, shape = np.arange(len(own)), (len(own), K.shape[0])
+    at = np.repeat(count, [len(row) for row in columns])
+    mean = sp.csr_matrix((np.concatenate(values), (at, np.concatenate(columns))), shape)
     whole = np.vstack(own)
-    at = np.repeat(count, len(turning))
-    directions_of_all = sp.csr_matrix((whole[:, 1], (at, whole[:, 0].astype(int))), (len(own), K.shape[0]))
-    directions_of_all.eliminate_zeros()
-    gap = directions_of_all - mean
-    carried = sp.identity(K.shape[0], format="csr") - directions_of_all.T @ gap
-    found = {name: (carried.T @ m @ carried).tocsr() for name, m in matrices.items() if name != "stiffness"}
-    found["stiffness"] = (K + gap.T @ sp.diags(weights) @ gap).tocsr()
-    return Following(found, directions_of_all)
+    found = sp.csr_matrix((whole[:, 1], (np.repeat(count, len(turning)), whole[:, 0].astype(int))), shape)
+    found.eliminate_zeros()
+    return mean, found, weights
 
 
 def _without_stiffness(K: sp.csr_matrix, count: int, width: int, turning: list[int]) -> dict[int, np.ndarray]:

@@ -154,31 +154,24 @@ def model_from_matrices(
     if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.all(np.isfinite(points)):
         raise ModelError(f"nodes must be finite numbers of shape (n, 3) in m, not of shape {points.shape}")
     stress_stiffness, load_patterns = more.pop("stress_stiffness", None), more.pop("load_patterns", None)
-    geometric_stiffness, cells = more.pop("geometric_stiffness", None), more.pop("cells", ())
+    geometric_stiffness, cells = more.pop("geometric_stiffness", None) or {}, more.pop("cells", ())
     if stress_stiffness is not None and not callable(stress_stiffness):
         raise ModelError(f"stress_stiffness must be a function of a displacement, not {stress_stiffness!r}")
-    names = tuple(components)
-    if not names or len(set(names)) != len(names) or any(c not in COMPONENTS for c in names):
-        raise ModelError(f"components must be different names among {', '.join(COMPONENTS)}, not {names}")
-    nodal = len(points) * len(names)
-    size = nodal + _generalised(generalised, names)
-    read = real_matrix(_read(mass, "mass matrix") if isinstance(mass, (str, Path)) else mass)
-    M, K = _matrix(read, "mass matrix", size), _matrix(stiffness, "stiffness matrix", size)
-    C = None if damping is None else _matrix(damping, "damping matrix", size)
-    given = {
-        name: _matrix(K_g, f"geometric stiffness {name!r}", size) for name, K_g in (geometric_stiffness or {}).items()
-    }
-    if order == "components":
-        by_node = np.arange(nodal).reshape(len(names), len(points)).T.ravel()
-        by_node = np.append(by_node, np.arange(nodal, size))
-        M, K = M[by_node][:, by_node], K[by_node][:, by_node]
-        C = None if C is None else C[by_node][:, by_node]
-        given = {name: K_g[by_node][:, by_node] for name, K_g in given.items()}
-    elif order != "nodes":
-        raise ModelError(f"order of the rows must be 'nodes' or 'components', not {order!r}")
+    names = _names(components)
     for what, named in (("groups", groups), ("load_patterns", load_patterns)):
         if named is not None and not isinstance(named, Mapping):
             raise ModelError(f"{what} must be a dict by names, not {named!r}")
+    size = len(points) * len(names) + _generalised(generalised, names)
+    by_node = _rows_by_node(order, len(points), len(names), size)
+
+    def ordered(given: Matrix, what: str) -> sp.csr_matrix:
+        matrix = _matrix(given, what, size)
+        return matrix if by_node is None else matrix[by_node][:, by_node]
+
+    read = real_matrix(_read(mass, "mass matrix") if isinstance(mass, (str, Path)) else mass)
+    M, K = ordered(read, "mass matrix"), ordered(stiffness, "stiffness matrix")
+    C = None if damping is None else ordered(damping, "damping matrix")
+    of_loads = {name: ordered(K_g, f"geometric stiffness {name!r}") for name, K_g in geometric_stiffness.items()}
     model = FiniteElementModel(
         nodes=points,
         components=names,
@@ -189,7 +182,7 @@ def model_from_matrices(
         cells=tuple(cells),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
         load_patterns=dict(load_patterns or {}),
-        geometric_stiffness=given or None,
+        geometric_stiffness=of_loads or None,
         stress_stiffness=stress_stiffness,
         provenance={"source": source},
         generalised=generalised,
@@ -198,17 +191,22 @@ def model_from_matrices(
         _check_pattern(model, name, pattern)
     found = self_check(model, **cast(Expected, more))
     _check_entries(sp.csr_matrix(read), sp.csr_matrix(0.5 * (read + read.T)))
-    model = replace(model, provenance={**model.provenance, "self_check": found.as_dict()})
-    if generalised:
+    return _with_inertia(replace(model, provenance={**model.provenance, "self_check": found.as_dict()}), source)
+
+
+def _with_inertia(model: FiniteElementModel, source: str) -> FiniteElementModel:
+    """Return a model with the inertia of a superelement; warn where that of the moving body is approximate."""
+    if model.generalised:
         model = replace(model, mass_field=completed_mass_field(model))
         warnings.warn(
-            f"{source} is a superelement with {generalised} generalised coordinates: its mass, frequencies and momenta "
-            "are exact, their change with deformation in a rotation is estimated from M, which is accurate if the "
-            "rotation is slow compared with its lowest frequency. Remedy for fast rotation: export the full matrices",
+            f"{source} is a superelement with {model.generalised} generalised coordinates: its mass, frequencies and "
+            "momenta are exact, their change with deformation in a rotation is estimated from M, which is accurate if "
+            "the rotation is slow compared with its lowest frequency. Remedy for fast rotation: export the full "
+            "matrices",
             NodalFormWarning,
             stacklevel=outside(),
         )
-    if model.mass_field is None and any(c.startswith("r") for c in names):
+    if model.mass_field is None and any(c.startswith("r") for c in model.components):
         warnings.warn(
             "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal form of "
             "Eq. 38, whose gyroscopic terms are wrong by some percent for one element and converge with finer meshes",
@@ -216,6 +214,23 @@ def model_from_matrices(
             stacklevel=outside(),
         )
     return model
+
+
+def _rows_by_node(order: Order, count: int, width: int, size: int) -> np.ndarray | None:
+    """Return the rows of matrices node by node, those of generalised coordinates last; None if they are so."""
+    if order == "nodes":
+        return None
+    if order != "components":
+        raise ModelError(f"order of the rows must be 'nodes' or 'components', not {order!r}")
+    by_node = np.arange(count * width).reshape(width, count).T.ravel()
+    return np.append(by_node, np.arange(count * width, size))
+
+
+def _names(components: Sequence[str]) -> tuple[str, ...]:
+    names = tuple(components)
+    if not names or len(set(names)) != len(names) or any(c not in COMPONENTS for c in names):
+        raise ModelError(f"components must be different names among {', '.join(COMPONENTS)}, not {names}")
+    return names
 
 
 def _generalised(count: int, names: tuple[str, ...]) -> int:

@@ -142,44 +142,17 @@ def model_of_labelled(
         raise ModelError(
             f"the matrices of {source} have generalised coordinates only. Remedy: export those of nodes too"
         )
-    places = nodes.places(labels, f"the matrices of {source}")
-    points = nodes.points[places] * scales(units)[0]
-    numbers = np.union1d(freedoms[:, 1], (1, 2, 3)) if len(modal) else np.unique(freedoms[:, 1])
-    if np.any(numbers > 3):
-        numbers = np.union1d(numbers, (4, 5, 6)) if nodes.axes is not None else numbers
-    if nodes.axes is not None:
-        numbers = np.union1d(numbers, (1, 2, 3))
-    placed = {what: _placed(m, labels, numbers, modal) for what, m in matrices.items()}
-    if nodes.axes is not None:
-        turn = _turned(nodes.axes[places], numbers, len(modal))
-        placed = {what: (turn @ m @ turn.T).tocsr() for what, m in placed.items()}
-    placed, numbers = _without_empty_rotations(placed, numbers, len(modal))
-    components = tuple(COMPONENTS[n - 1] for n in numbers)
+    points = nodes.points[nodes.places(labels, f"the matrices of {source}")] * scales(units)[0]
+    placed, components = _in_axes_of_G(matrices, nodes, labels, np.unique(freedoms[:, 1]), modal)
     placed = {what: in_si(m, components, units, len(modal)) for what, m in placed.items()}
     placed, following = with_following_rotations(points, components, placed, labels)
-    known = set(labels.tolist())
-    named = {name: [n for n in members if int(n) in known] for name, members in nodes.sets.items()}
-    groups = {} if groups is None else groups
-    if not isinstance(groups, Mapping):
-        raise ModelError(f"groups must be a dict of names to labels of nodes, not {groups!r}")
-    chosen = {name: np.atleast_1d(np.asarray(members)) for name, members in groups.items()}
-    for name, members in chosen.items():
-        if members.dtype.kind not in "iu" or not len(members) or not set(members.tolist()) <= known:
-            raise ModelError(
-                f"group {name!r} must be labels of nodes that the matrices have. Remedy: labels from {labels[0]} to "
-                f"{labels[-1]}, not {members[:5].tolist()}"
-            )
     model = model_from_matrices(
         placed["mass"],
         placed["stiffness"],
         points,
         components=components,
         damping=placed.get("damping"),
-        groups={
-            name: np.searchsorted(labels, np.asarray(members)).tolist()
-            for name, members in {**named, **chosen}.items()
-            if len(members)
-        },
+        groups=_groups(nodes, groups, labels),
         generalised=len(modal),
         source=source,
         **expected,
@@ -190,6 +163,44 @@ def model_of_labelled(
         following=following if count else None,
         provenance={**model.provenance, "units": str(units), "following_rotations": count},
     )
+
+
+def _in_axes_of_G(
+    matrices: Mapping[str, LabelledMatrix], nodes: NodeTable, labels: np.ndarray, numbers: np.ndarray, modal: np.ndarray
+) -> tuple[dict[str, sp.csr_matrix], tuple[str, ...]]:
+    """Return the matrices over all nodes in the axes of G, and the components of each node."""
+    if nodes.axes is not None and np.any(numbers > 3):
+        numbers = np.union1d(numbers, (4, 5, 6))
+    if nodes.axes is not None or len(modal):
+        numbers = np.union1d(numbers, (1, 2, 3))
+    placed = {what: _placed(m, labels, numbers, modal) for what, m in matrices.items()}
+    if nodes.axes is not None:
+        turn = _turned(nodes.axes[nodes.places(labels, "")], numbers, len(modal))
+        placed = {what: (turn @ m @ turn.T).tocsr() for what, m in placed.items()}
+    placed, numbers = _without_empty_rotations(placed, numbers, len(modal))
+    return placed, tuple(COMPONENTS[n - 1] for n in numbers)
+
+
+def _groups(
+    nodes: NodeTable, given: Mapping[str, int | Sequence[int]] | None, labels: np.ndarray
+) -> dict[str, list[int]]:
+    """Return the sets of the table and the groups that are given, by the numbers of their nodes."""
+    known = set(labels.tolist())
+    found: dict[str, np.ndarray | list[int]] = {
+        name: [n for n in members if int(n) in known] for name, members in nodes.sets.items()
+    }
+    given = {} if given is None else given
+    if not isinstance(given, Mapping):
+        raise ModelError(f"groups must be a dict of names to labels of nodes, not {given!r}")
+    for name, listed in given.items():
+        members = np.atleast_1d(np.asarray(listed))
+        if members.dtype.kind not in "iu" or not len(members) or not set(members.tolist()) <= known:
+            raise ModelError(
+                f"group {name!r} must be labels of nodes that the matrices have. Remedy: labels from {labels[0]} to "
+                f"{labels[-1]}, not {members[:5].tolist()}"
+            )
+        found[name] = members
+    return {name: np.searchsorted(labels, members).tolist() for name, members in found.items() if len(members)}
 
 
 def is_generalised(numbers: np.ndarray) -> np.ndarray:

@@ -32,6 +32,12 @@ from kanefe.imports.self_check import Expected
 from kanefe.storage.array_file import check_directory
 from kanefe.storage.files import regular_file, write_whole
 
+NOT_READ = (
+    *(OSError, ValueError, KeyError, TypeError, EOFError, MemoryError),
+    *(zipfile.BadZipFile, zlib.error, struct.error),
+)
+"""Errors of files that are damaged, or not of these arrays."""
+
 FORMAT = "kanefe matrices 1"
 
 
@@ -100,17 +106,7 @@ def read_matrices(
             generalised = int(arrays.get("generalised", 0))
             nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
             following = _following(arrays, len(nodes), components, generalised)
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        EOFError,
-        MemoryError,
-        zipfile.BadZipFile,
-        zlib.error,
-        struct.error,
-    ) as error:
+    except NOT_READ as error:
         raise FileError(
             f"{path} is truncated or not a file of matrices ({error}). Remedy: write it again with write_matrices"
         ) from error

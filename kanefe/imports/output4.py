@@ -252,35 +252,33 @@ def _columns(file: _Binary | _Text, columns: int, rows: int, kind: int) -> Itera
         if not last < number <= columns:
             raise file.refused(f"column {number} of {columns} follows column {last}", place)
         last = number
-        parts: list[tuple[int, int]] = []
+        all_rows: list[np.ndarray] = []
         values: list[np.ndarray] = []
-        left = words
         # a text counts numbers in columns without strings, and words in strings
         words_each = parts_each * (1 if kind % 2 or has_wide_words or (is_text and row > 0) else 2)
+        left, before = words, 1
         while left > 0:
-            if row > 0:
-                first, own = row, words
-            elif rows < 0 or rows >= LARGE:
-                own, first = data.wholes(2)
-                own, left = own - 1, left - 2
-            else:
-                own, first = divmod(data.wholes(1)[0], LARGE)
-                own, left = own - 1, left - 1
-            before = sum(parts[-1]) if parts else 1
-            if (
-                own <= 0
-                or own > left
-                or own % words_each
-                or first < before
-                or first - 1 + own // words_each > abs(rows)
-            ):
+            first, own, head = _string(data, row, words, rows)
+            left -= head
+            count = own // words_each
+            if own <= 0 or own > left or own % words_each or first < before or first - 1 + count > abs(rows):
                 raise file.refused(f"column {number} has {own} words from row {first} of {abs(rows)} on", place)
-            values.append(data.values(own // words_each * parts_each, kind))
-            parts.append((first, own // words_each))
-            left -= own
-        if kind <= DOUBLE and parts:
-            all_rows = np.concatenate([np.arange(first - 1, first - 1 + count) for first, count in parts])
-            yield _Column(number - 1, all_rows, np.concatenate(values), row > 0)
+            values.append(data.values(count * parts_each, kind))
+            all_rows.append(np.arange(first - 1, first - 1 + count))
+            left, before = left - own, first + count
+        if kind <= DOUBLE and values:
+            yield _Column(number - 1, np.concatenate(all_rows), np.concatenate(values), row > 0)
+
+
+def _string(data: _BinaryWords | _TextWords, row: int, words: int, rows: int) -> tuple[int, int, int]:
+    """Return the first row of the next string of a column, its length and that of its head, in words."""
+    if row > 0:
+        return row, words, 0
+    if rows < 0 or rows >= LARGE:
+        own, first = data.wholes(2)
+        return first, own - 1, 2
+    own, first = divmod(data.wholes(1)[0], LARGE)
+    return first, own - 1, 1
 
 
 def _of_columns(

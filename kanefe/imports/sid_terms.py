@@ -67,22 +67,7 @@ def moments_of_terms(terms: dict[str, Taylor], mass: float) -> MassMoments:
     """
     count = terms["Me"].m0.shape[0]
     terms = terms | {"J": _as_matrix(terms["J"])}
-    shapes = {
-        "mdCM": (3, 1),
-        "J": (3, 3),
-        "Ct": (count, 3),
-        "Cr": (count, 3),
-        "Me": (count, count),
-        "Gr": (3, 3 * count),
-        "Ge": (count, 3 * count),
-        "Oe": (count, 6),
-    }
-    for name, shape in shapes.items():
-        if terms[name].m0.shape != shape:
-            raise ModelError(
-                f"{name} of the SID has shape {terms[name].m0.shape}, {count} modes need {shape}. Remedy: export the "
-                "whole modal block again"
-            )
+    _check_shapes(terms, count)
     Me, S = terms["Me"].m0, terms["Ct"].m0.T
     first, J = terms["mdCM"].m0[:, 0], terms["J"].m0
     _agree(terms["mdCM"].m1, S[:, None, :], "mdCM of order 1", "Ct of order 0")
@@ -107,6 +92,26 @@ def moments_of_terms(terms: dict[str, Taylor], mass: float) -> MassMoments:
         N += _of_centrifugal(rest_Oe)
     symmetric = [0.5 * (x + np.swapaxes(x, -1, -2)) for x in (G, N)]
     return MassMoments(moments.mass, first, moments.second, S, D, M, *symmetric)
+
+
+def _check_shapes(terms: dict[str, Taylor], count: int) -> None:
+    """Raise a ModelError if a term does not have the shape of so many modes."""
+    shapes = {
+        "mdCM": (3, 1),
+        "J": (3, 3),
+        "Ct": (count, 3),
+        "Cr": (count, 3),
+        "Me": (count, count),
+        "Gr": (3, 3 * count),
+        "Ge": (count, 3 * count),
+        "Oe": (count, 6),
+    }
+    for name, shape in shapes.items():
+        if terms[name].m0.shape != shape:
+            raise ModelError(
+                f"{name} of the SID has shape {terms[name].m0.shape}, {count} modes need {shape}. Remedy: export the "
+                "whole modal block again"
+            )
 
 
 def _axial_parts(A: np.ndarray) -> np.ndarray:

@@ -110,41 +110,16 @@ def force_sizes(state: State) -> Vector:
     Inertia and gravity of each body, stiffness, damping, loads and springs are added separately, so that they do not
     cancel, and with full lever arms: a measure of round-off, not a force.
     """
-    model, t, full, driven_rates = cast(Model, state.model), state.t, state.full, state.driven_rates
+    model = cast(Model, state.model)
     sizes = np.zeros(state.columns)
     pushed, turned = np.zeros(len(model.bodies)), np.zeros(len(model.bodies))
-    for number, (body, frame) in enumerate(zip(model.bodies, state.motions, strict=True)):
-        # magnitudes of the acceleration of the origin and of that per lever arm, whatever their directions
-        pull = float(np.linalg.norm(frame.Z - frame.A_NF.T @ model.gravity * body.has_gravity))
-        pull += float(np.linalg.norm(frame.V[:, model.free_count :] @ driven_rates))
-        spin = float(frame.w @ frame.w + np.linalg.norm(frame.Y + frame.W[:, model.free_count :] @ driven_rates))
-        lever, mass = 0.0, 0.0
-        if body.rigid is not None:
-            lever, mass = float(np.linalg.norm(body.rigid.com)), body.rigid.mass
-            turned[number] = float(np.abs(body.rigid.inertia).max()) * spin
-            turned[number] += float(np.linalg.norm(cross(frame.w, body.rigid.rotor)))
-        if body.flexible is not None:
-            terms = body.flexible
-            lever, mass = float(np.linalg.norm(terms.body.nodes, axis=1).max()), terms.body.mass
-            eta, deta = elastic_state(terms, state.q, full, False)
-            gravity = frame.A_NF.T @ model.gravity * body.has_gravity
-            M, F = flexible_inertia(terms, frame, gravity, eta, deta)
-            k = terms.body.free_count
-            own = np.abs(F[terms.speeds]) + np.abs(elastic_forces(terms, eta, deta))
-            sizes[terms.speeds] += own + np.abs(terms.body.stiffness[:k, :k]) @ np.abs(eta)
-            # upper bound of the modal force (Cauchy-Schwarz), also for modes on which it vanishes by symmetry
-            moved = np.sqrt(np.diag(M)[terms.speeds] / mass)
-            sizes[terms.speeds] += mass * moved * (pull + spin * lever)
-            # elastic forces of round-off displacements count as zero
-            rounded = np.divide(ROUNDED * lever, moved, out=np.zeros(k), where=moved > 0.0)
-            sizes[terms.speeds] += terms.body.stiffness.diagonal()[:k] * rounded / BALANCED
-        pushed[number] = mass * (pull + spin * lever)
-        turned[number] += pushed[number] * lever
+    for number, body in enumerate(model.bodies):
+        pushed[number], turned[number] = _body_sizes(state, number, sizes)
         if body.has_coordinate_forces:
-            at = body.joint_coordinates(t, state.q)
+            at = body.joint_coordinates(state.t, state.q)
             for x, speed, law in zip(at, body.speeds, body.joint.coordinate_forces, strict=True):
                 if law is not None:
-                    sizes[speed] += abs(law.force(float(x), float(full[speed])))
+                    sizes[speed] += abs(law.force(float(x), float(state.full[speed])))
     for forces, partial in (
         (pushed, [frame.V for frame in state.motions]),
         (turned, [frame.W for frame in state.motions]),
@@ -152,17 +127,48 @@ def force_sizes(state: State) -> Vector:
         sizes += forces @ np.sqrt((np.reshape(partial, (-1, 3, state.columns)) ** 2).sum(axis=1))
     for load in scene_loads(model):
         columns_of = scene_load_columns(state, load)
-        sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(t, state)))
+        sizes[: model.free_count] += np.abs(columns_of) @ np.abs(np.atleast_1d(load.value(state.t, state)))
     if model.loads:
         from kanefe.contact.contact import Contact
     y = np.concatenate((state.q, state.u, state.z))
-    for i, wrenches in model.route.wrenches_of_loads(t, y).items():
+    for i, wrenches in model.route.wrenches_of_loads(state.t, y).items():
         load_between = model.loads[i]
         if isinstance(load_between, Contact):
             sizes += _contact_sizes(state, load_between, wrenches)
         else:
             sizes += np.abs(generalised_force(state, load_between.ends, wrenches))
     return sizes
+
+
+def _body_sizes(state: State, number: int, sizes: Vector) -> tuple[float, float]:
+    """Return the sizes of force and moment of a body's inertia and gravity; add those on its modes to `sizes`."""
+    model, body, frame = state.model, state.model.bodies[number], state.motions[number]
+    gravity = frame.A_NF.T @ model.gravity * body.has_gravity
+    # magnitudes of the acceleration of the origin and of that per lever arm, whatever their directions
+    pull = float(np.linalg.norm(frame.Z - gravity))
+    pull += float(np.linalg.norm(frame.V[:, model.free_count :] @ state.driven_rates))
+    spin = float(frame.w @ frame.w + np.linalg.norm(frame.Y + frame.W[:, model.free_count :] @ state.driven_rates))
+    lever = mass = turned = 0.0
+    if body.rigid is not None:
+        lever, mass = float(np.linalg.norm(body.rigid.com)), body.rigid.mass
+        turned = float(np.abs(body.rigid.inertia).max()) * spin
+        turned += float(np.linalg.norm(cross(frame.w, body.rigid.rotor)))
+    if body.flexible is not None:
+        terms = body.flexible
+        lever, mass = float(np.linalg.norm(terms.body.nodes, axis=1).max()), terms.body.mass
+        eta, deta = elastic_state(terms, state.q, state.full, False)
+        M, F = flexible_inertia(terms, frame, gravity, eta, deta)
+        k = terms.body.free_count
+        own = np.abs(F[terms.speeds]) + np.abs(elastic_forces(terms, eta, deta))
+        sizes[terms.speeds] += own + np.abs(terms.body.stiffness[:k, :k]) @ np.abs(eta)
+        # upper bound of the modal force (Cauchy-Schwarz), also for modes on which it vanishes by symmetry
+        moved = np.sqrt(np.diag(M)[terms.speeds] / mass)
+        sizes[terms.speeds] += mass * moved * (pull + spin * lever)
+        # elastic forces of round-off displacements count as zero
+        rounded = np.divide(ROUNDED * lever, moved, out=np.zeros(k), where=moved > 0.0)
+        sizes[terms.speeds] += terms.body.stiffness.diagonal()[:k] * rounded / BALANCED
+    pushed = mass * (pull + spin * lever)
+    return pushed, turned + pushed * lever
 
 
 def _contact_sizes(state: State, contact: Contact, wrenches: Matrix) -> Vector:

@@ -147,14 +147,7 @@ def margins(of: ScaledSystem, gain: float) -> Margins:
             "Remedy: margins(output=..., input=...)"
         )
     B, D = gain * of.B, gain * float(of.D[0, 0])
-    values = np.linalg.eigvals(of.A)
-    noise = growth_noise(values, values)
-    undamped = (np.abs(values.real) <= noise) & (np.abs(values.imag) > np.sqrt(noise * np.abs(values).max(initial=0.0)))
-    if undamped.any():
-        raise ModelError(
-            f"a motion at {np.abs(values[undamped][0].imag) / (2 * np.pi):.6g} Hz is undamped: the response is "
-            "infinite there, and has no margins. Remedy: damp the scene"
-        )
+    values = _damped_poles(of.A)
     response = _response(of.A, B, of.C, D)
     at = _frequencies(values)
     L = response(at)
@@ -185,6 +178,19 @@ def margins(of: ScaledSystem, gain: float) -> Margins:
         float(at[low]) / two_pi,
         bool(np.all(closed.real < growth_noise(closed, closed))) if np.isfinite(closed).all() else False,
     )
+
+
+def _damped_poles(A: Matrix) -> np.ndarray:
+    """Return the eigenvalues; raise a ModelError if a motion is undamped."""
+    values = np.linalg.eigvals(A)
+    noise = growth_noise(values, values)
+    undamped = (np.abs(values.real) <= noise) & (np.abs(values.imag) > np.sqrt(noise * np.abs(values).max(initial=0.0)))
+    if undamped.any():
+        raise ModelError(
+            f"a motion at {np.abs(values[undamped][0].imag) / (2 * np.pi):.6g} Hz is undamped: the response is "
+            "infinite there, and has no margins. Remedy: damp the scene"
+        )
+    return values
 
 
 def _response(A: Matrix, B: Matrix, C: Matrix, D: float) -> Callable[[np.ndarray], np.ndarray]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -54,47 +53,9 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
     ModelError
         If there is no such input; the message lists what there is.
     """
-    state = State(model, t, q, u)
-
-    def of_load(load: SceneLoad, name: str) -> list[Input]:
-        columns = scene_load_columns(state, load)
-        units = load.unit(model.bodies[carrier(model, load)[0]].joint.units)
-        names = [name] if columns.shape[1] == 1 else [f"{name} {axis}" for axis in AXES]
-        return [Input(label, units, column) for label, column in zip(names, columns.T, strict=True)]
-
-    loads = named_loads(model)
+    state, loads = State(model, t, q, u), named_loads(model)
     if named is None:
-        return [found for label, load in loads.items() for found in of_load(load, label)]
-
-    def point(target: Target) -> list[Input]:
-        frame = state.motion(target.body, target.interface)
-        axes = frame.A_NF if target.interface is None else frame.A_NF @ target.interface.axes
-        wide = frame.V if target.what == "force" else frame.W
-        n = model.free_count
-        return [
-            Input(name, KINDS[target.what], ((frame.A_NF.T @ direction) @ wide)[:n])
-            for name, direction in axis_vector(target, axes, "input")
-        ]
-
-    def motor(target: Target) -> list[Input]:
-        body = model.bodies[target.body]
-        return [
-            Input(name, "N m" if unit == "rad" else "N", np.eye(model.free_count)[body.speeds[i]])
-            for name, i, unit in joint_entry(model.bodies, target, "input")
-        ]
-
-    def drive(target: Target) -> list[Input]:
-        return [
-            Input(name, f"{unit}/s2", None, Drive(target.body, i))
-            for name, i, unit in joint_entry(model.bodies, target, "input", driven=True)
-        ]
-
-    makers: dict[str, Callable[[Target], list[Input]]] = {
-        "force": point,
-        "torque": point,
-        "motor": motor,
-        "drive": drive,
-    }
+        return [found for label, load in loads.items() for found in _of_load(state, load, label)]
     found: list[Input] = []
     for name, text in asked_for(named):
         what, _, rest = text.strip().partition(" ") if isinstance(text, str) else ("", "", "")
@@ -103,11 +64,40 @@ def inputs_of(model: Model, t: float, q: Vector, u: Vector, named: Named | None)
         elif what == "load":
             if rest not in loads:
                 raise ModelError(f"input {text!r}: the scene has no such load. It has: {', '.join(loads) or 'none'}")
-            found += of_load(loads[rest], name or rest)
+            found += _of_load(state, loads[rest], name or rest)
         else:
-            target = target_of(model.bodies, name, text, KINDS, "input")
-            found += makers[target.what](target)
+            found += _at(state, target_of(model.bodies, name, text, KINDS, "input"))
     return found
+
+
+def _of_load(state: State, load: SceneLoad, name: str) -> list[Input]:
+    """Return the components of a load of the scene."""
+    columns = scene_load_columns(state, load)
+    units = load.unit(state.model.bodies[carrier(state.model, load)[0]].joint.units)
+    names = [name] if columns.shape[1] == 1 else [f"{name} {axis}" for axis in AXES]
+    return [Input(label, units, column) for label, column in zip(names, columns.T, strict=True)]
+
+
+def _at(state: State, target: Target) -> list[Input]:
+    """Return forces or torques on a body or an interface, or forces or motions along coordinates of a joint."""
+    bodies, n = state.model.bodies, state.model.free_count
+    if target.what == "drive":
+        return [
+            Input(name, f"{unit}/s2", None, Drive(target.body, i))
+            for name, i, unit in joint_entry(bodies, target, "input", driven=True)
+        ]
+    if target.what == "motor":
+        return [
+            Input(name, "N m" if unit == "rad" else "N", np.eye(n)[bodies[target.body].speeds[i]])
+            for name, i, unit in joint_entry(bodies, target, "input")
+        ]
+    frame = state.motion(target.body, target.interface)
+    axes = frame.A_NF if target.interface is None else frame.A_NF @ target.interface.axes
+    wide = frame.V if target.what == "force" else frame.W
+    return [
+        Input(name, KINDS[target.what], ((frame.A_NF.T @ direction) @ wide)[:n])
+        for name, direction in axis_vector(target, axes, "input")
+    ]
 
 
 def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str) -> list[Input]:

@@ -91,51 +91,20 @@ def flexible_body(
         rigid_count = unrestrained_motions(model, ties)
         problem = StaticProblem(model, ties, rigid_count, factorise)
     if reduction is None and problem.size > LARGEST_DENSE:
-        if model.generalised:
-            raise ModelError(
-                f"a superelement of {problem.size} coordinates cannot be kept whole. Remedy: "
-                "reduction=CraigBampton(modes=...)"
-            )
-        from kanefe.reduction.unreduced import unreduced_body
-
-        if stiffening != "none":
-            raise ModelError(
-                f"stiffening={stiffening!r} of an unreduced body of {problem.size} coordinates is not possible. "
-                f"Remedy: reduction=CraigBampton(modes=...), or fewer than {LARGEST_DENSE} coordinates"
-            )
-        return unreduced_body(model, problem, damping, factorise, started)
-    K, M = problem.stiffness, problem.mass
-    R, largest = problem.rigid_modes, problem.largest_masses
-    if reduction is None:
-        identity = np.eye(K.shape[0])
-        free, fixed = np.delete(identity, ties.fixed, axis=1), identity[:, ties.fixed]
-        massless = free[:, :0]
-        moving = np.delete(np.arange(K.shape[0]), ties.fixed)
-        if rigid_count or has_massless(M[moving][:, moving], largest[moving]):
-            free, massless = modes_by_mass(free, K, M, R, largest)
-            if not rigid_count:
-                tell_of_frames_without_inertia(problem, free)
-        record: dict[str, Any] = {"method": "None", "kept": free.shape[1]}
-    else:
-        chosen = reduction.basis(problem)
-        free, massless = modes_by_mass(chosen.columns, K, M, R, largest)
-        record = reduction_record(reduction, problem, chosen, free)
-        fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
-    lost = tell_massless(problem, massless, statics=reduction is not None)
-    if lost:
-        record["without_mass"] = lost
+        return _unreduced(problem, damping, stiffening, factorise, started)
+    free, fixed, record = _whole(problem) if reduction is None else _reduced(problem, reduction)
     basis = np.hstack((free, fixed))
-    stiffness = basis.T @ (K @ basis)
+    stiffness = basis.T @ (problem.stiffness @ basis)
     stiffness = 0.5 * (stiffness + stiffness.T)
     count = free.shape[1]
-    full_basis = ties.transformation @ basis
+    full_basis, masses = ties.transformation @ basis, free.T @ (problem.mass @ free)
     body = FlexibleBody(
         nodes=np.array(model.nodes, dtype=float),
         components=model.components,
         basis=np.ascontiguousarray(full_basis[: model.nodal_size]),
         free_count=count,
         stiffness=stiffness,
-        damping=damping_matrix(damping, model, full_basis[:, :count], stiffness[:count, :count], free.T @ (M @ free)),
+        damping=damping_matrix(damping, model, full_basis[:, :count], stiffness[:count, :count], masses),
         interfaces=_interface_frames(ties, basis, count),
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
@@ -152,6 +121,56 @@ def flexible_body(
         },
     )
     return body if stiffening == "none" else stiffened(body, second_order_motion(problem, basis, stiffening))
+
+
+def _unreduced(
+    problem: StaticProblem, damping: Damping, stiffening: StiffeningLevel, factorise: Factorise, started: float
+) -> FlexibleBody:
+    """Return the body in sparse matrices; raise a ModelError where that is not possible."""
+    if problem.model.generalised:
+        raise ModelError(
+            f"a superelement of {problem.size} coordinates cannot be kept whole. Remedy: "
+            "reduction=CraigBampton(modes=...)"
+        )
+    if stiffening != "none":
+        raise ModelError(
+            f"stiffening={stiffening!r} of an unreduced body of {problem.size} coordinates is not possible. "
+            f"Remedy: reduction=CraigBampton(modes=...), or fewer than {LARGEST_DENSE} coordinates"
+        )
+    from kanefe.reduction.unreduced import unreduced_body
+
+    return unreduced_body(problem.model, problem, damping, factorise, started)
+
+
+def _whole(problem: StaticProblem) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """Return free and fixed columns of all coordinates, and the record of that."""
+    K, M, at_rest = problem.stiffness, problem.mass, problem.ties.fixed
+    identity = np.eye(K.shape[0])
+    free, fixed = np.delete(identity, at_rest, axis=1), identity[:, at_rest]
+    massless, moving = free[:, :0], np.delete(np.arange(K.shape[0]), at_rest)
+    R, largest = problem.rigid_modes, problem.largest_masses
+    if problem.rigid_count or has_massless(M[moving][:, moving], largest[moving]):
+        free, massless = modes_by_mass(free, K, M, R, largest)
+        if not problem.rigid_count:
+            tell_of_frames_without_inertia(problem, free)
+    return free, fixed, {"method": "None", "kept": free.shape[1]} | _lost(problem, massless, statics=False)
+
+
+def _reduced(problem: StaticProblem, reduction: Reduction) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
+    """Return the free columns that a reduction keeps, the fixed ones, and the record of that."""
+    chosen, ties = reduction.basis(problem), problem.ties
+    free, massless = modes_by_mass(
+        chosen.columns, problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses
+    )
+    record = reduction_record(reduction, problem, chosen, free)
+    fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
+    return free, fixed, record | _lost(problem, massless, statics=True)
+
+
+def _lost(problem: StaticProblem, massless: np.ndarray, *, statics: bool) -> dict[str, Any]:
+    """Return what a record tells of shapes without mass."""
+    lost = tell_massless(problem, massless, statics=statics)
+    return {"without_mass": lost} if lost else {}
 
 
 def _interface_frames(ties: InterfaceTies, basis: np.ndarray, free_count: int) -> tuple[InterfaceFrame, ...]:

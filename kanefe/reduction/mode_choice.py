@@ -129,19 +129,8 @@ def _choice(
         middle = (enough + too_few) // 2
         enough, too_few = (middle, too_few) if search.error(order[:middle])["value"] <= tol else (enough, middle)
     kept = np.sort(order[:enough])
-    frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
-    listed = [
-        {
-            "number": n + 1,
-            "frequency": float(frequencies[n]),
-            "kept": bool(np.isin(n, kept)),
-            "share": float(scores[n]),
-            "why": reasons[n],
-        }
-        for n in range(modes.shape[1])
-    ]
     record = {
-        "modes": listed,
+        "modes": _listed(squares, kept, scores, reasons),
         "choice": {
             "tol": tol,
             "kept_modes": len(kept),
@@ -153,6 +142,21 @@ def _choice(
         "error_estimate": search.error(kept),
     }
     return ModeChoice(np.hstack((given, modes[:, kept])), record)
+
+
+def _listed(squares: np.ndarray, kept: np.ndarray, scores: np.ndarray, reasons: Sequence[str]) -> list[dict[str, Any]]:
+    """Return what the record tells of each mode."""
+    frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
+    return [
+        {
+            "number": n + 1,
+            "frequency": float(frequencies[n]),
+            "kept": bool(np.isin(n, kept)),
+            "share": float(scores[n]),
+            "why": reasons[n],
+        }
+        for n in range(len(squares))
+    ]
 
 
 def _candidates(problem: StaticProblem, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -82,9 +82,13 @@ def _mesh(body: FlexibleBody) -> list[Block]:
             f"{longest:.3g} m."
         )
     )
+    return blocks + _shapes_of_cells(quality)
+
+
+def _shapes_of_cells(quality: MeshQuality) -> list[Block]:
     known = np.isfinite(quality.scaled_jacobian)
     if not known.any():
-        return blocks
+        return []
     jacobian, aspect, bend = quality.scaled_jacobian[known], quality.aspect_ratio[known], quality.bend[known]
     rows = [
         [title, f"{values.min():.3f}", f"{values.mean():.3f}", f"{values.max():.3f}"]
@@ -94,7 +98,7 @@ def _mesh(body: FlexibleBody) -> list[Block]:
             ("bend of sides (0 is straight)", bend),
         )
     ]
-    blocks.append(Table(("", "least", "mean", "greatest"), rows))
+    blocks: list[Block] = [Table(("", "least", "mean", "greatest"), rows)]
     low = min(0.0, float(np.floor(10.0 * jacobian.min()) / 10.0))
     edges = np.round(np.arange(low, 1.0 + 1e-9, 0.1), 10)
     counted = np.histogram(np.clip(jacobian, low, 1.0), bins=edges)[0]

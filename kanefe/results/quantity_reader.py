@@ -25,6 +25,7 @@ from kanefe.results.quantities import (
     LOOPS,
     MODES,
     MOTIONS,
+    OF_CONNECTIONS,
     OF_SCENE,
     POINTS,
     QUANTITIES,
@@ -210,6 +211,23 @@ class QuantityReader:
             quantity, names.get(quantity, shape.speed_names), shape.basis.shape[1], shape.is_orthonormal
         )
 
+    def _check_connection(self, quantity: str, name: str, interface: str | None) -> None:
+        """Raise a ModelError unless a loop, gear, load or contact has a quantity."""
+        if quantity in LOOPS and (name not in self.loops or interface is not None):
+            there = ", ".join(self.loops) or "none"
+            of_gear = f". {name!r} is a gear or rack: its force is gear_force({name!r})" if name in self.gears else ""
+            raise ModelError(f"the run has no loop joint called {name!r}. It has: {there}{of_gear}")
+        if quantity in LOADS and (name not in self.loads or interface is not None):
+            there = ", ".join(self.loads) or "none"
+            raise ModelError(f"the run has no load between frames called {name!r}. It has: {there}")
+        if interface is not None:
+            taken = "gear" if quantity in GEARS else "contact"
+            raise ModelError(f"{quantity} takes a {taken} and no interface, {interface!r} was given")
+        if quantity in GEARS:
+            self._gear(name)
+        if quantity in POINTS:
+            self._contact(name)
+
     @checked("quantity", "name", "interface")
     def read(self, quantity: str, name: str = "", interface: str | None = None, of: str | None = None) -> np.ndarray:
         """Return any quantity of `kanefe.results.quantities` by its name; the methods of `Reader` are easier to read.
@@ -228,28 +246,9 @@ class QuantityReader:
             raise ModelError(f"of={of!r}: {quantity} has no parts. Remedy: leave it out")
         if quantity in OF_SCENE or (quantity in CENTRES and not name):
             return self._channels.read(quantity)
-        if quantity in LOOPS:
-            if name not in self.loops or interface is not None:
-                there = ", ".join(self.loops) or "none"
-                of_gear = (
-                    f". {name!r} is a gear or rack: its force is gear_force({name!r})" if name in self.gears else ""
-                )
-                raise ModelError(f"the run has no loop joint called {name!r}. It has: {there}{of_gear}")
+        if quantity in OF_CONNECTIONS:
+            self._check_connection(quantity, name, interface)
             return self._channels.read(quantity, name)
-        if quantity in GEARS:
-            if interface is not None:
-                raise ModelError(f"{quantity} takes a gear and no interface, {interface!r} was given")
-            self._gear(name)
-            return self._channels.read(quantity, name)
-        if quantity in LOADS:
-            if name not in self.loads or interface is not None:
-                there = ", ".join(self.loads) or "none"
-                raise ModelError(f"the run has no load between frames called {name!r}. It has: {there}")
-            return self._channels.read(quantity, name)
-        if quantity in POINTS:
-            if interface is not None:
-                raise ModelError(f"{quantity} takes a contact and no interface, {interface!r} was given")
-            return self._channels.read(quantity, self._contact(name))
         shape = self.body(name)
         if quantity in MODES or quantity in INTERFACES:
             self._flexible(name)

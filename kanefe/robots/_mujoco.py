@@ -101,47 +101,7 @@ def compiled(path: Path, find_key: Callable[[list[str]], int] | None = None) -> 
     """
     mujoco = _import_mujoco()
     try:
-        spec = _parsed(path, mujoco)
-        named = {kind: [element.name or "unnamed" for element in getattr(spec, kind, ())] for kind in _UNUSED}
-        shapes = list(dict.fromkeys(geom.parent.name or "unnamed" for geom in spec.geoms))
-        key = None if find_key is None else find_key([key.name for key in spec.keys])
-        controls: list[str] = []
-        sizes: dict[str, int] = {}
-        if key is not None:
-            controls = [what for what in _OF_ACTUATORS if any(getattr(spec.keys[key], what))]
-            sizes = {what: len(getattr(spec.keys[key], what)) for what in _OF_JOINTS}
-            del named["keys"][key]
-        others = _equalities_left(spec, mujoco)
-        named["equalities"] = [equality.name or "unnamed" for equality in others]
-        _delete(spec, others)
-        if not _needs_files(spec):
-            with suppress(ValueError, mujoco.FatalError):  # of what is not read: without that it may be right
-                model = spec.compile()
-                return CompiledRobot(_with_whole_key(model, sizes, path), named, shapes, key, controls)
-            spec = _parsed(path, mujoco)
-            _delete(spec, _equalities_left(spec, mujoco))
-        points = _points_of_flexes(spec, mujoco)
-        if key is not None and points:
-            raise FileError(
-                f"{path} has flexes, of whose points its keyframes have numbers too, and these are not read. Remedy: "
-                "give the start of joints by positions"
-            )
-        if key is not None:
-            for what in (*_OF_ACTUATORS, *_OF_FLEXES):
-                setattr(spec.keys[key], what, [])
-        for kind in _UNUSED:
-            kept = key if kind == "keys" else None
-            _delete(spec, [element for i, element in enumerate(getattr(spec, kind, ())) if i != kept])
-        _delete(spec, points)
-        _delete(spec, list(_shapes_without_mass(spec, mujoco)))
-        for marked in (*spec.geoms, *spec.sites, *spec.meshes):
-            marked.material = ""
-        for kind in _OF_SHAPES:
-            _delete(spec, getattr(spec, kind))
-        used = {geom.meshname for geom in spec.geoms} | {geom.hfieldname for geom in spec.geoms}
-        _delete(spec, [mesh for mesh in (*spec.meshes, *spec.hfields) if mesh.name not in used])
-        model = _with_whole_key(spec.compile(), sizes, path)
-        return CompiledRobot(model, named, shapes, None if key is None else 0, controls)
+        return _compiled(path, find_key, mujoco)
     except KanefeError:
         raise
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
@@ -158,6 +118,55 @@ def with_shapes(path: Path) -> Any:
         warnings.simplefilter("ignore")  # of what is not read
         return _parsed(path, mujoco).compile()
     return None
+
+
+def _compiled(path: Path, find_key: Callable[[list[str]], int] | None, mujoco: Any) -> CompiledRobot:
+    spec = _parsed(path, mujoco)
+    named = {kind: [element.name or "unnamed" for element in getattr(spec, kind, ())] for kind in _UNUSED}
+    shapes = list(dict.fromkeys(geom.parent.name or "unnamed" for geom in spec.geoms))
+    key = None if find_key is None else find_key([key.name for key in spec.keys])
+    controls: list[str] = []
+    sizes: dict[str, int] = {}
+    if key is not None:
+        controls = [what for what in _OF_ACTUATORS if any(getattr(spec.keys[key], what))]
+        sizes = {what: len(getattr(spec.keys[key], what)) for what in _OF_JOINTS}
+        del named["keys"][key]
+    others = _equalities_left(spec, mujoco)
+    named["equalities"] = [equality.name or "unnamed" for equality in others]
+    _delete(spec, others)
+    if not _needs_files(spec):
+        with suppress(ValueError, mujoco.FatalError):  # of what is not read: without that it may be right
+            model = spec.compile()
+            return CompiledRobot(_with_whole_key(model, sizes, path), named, shapes, key, controls)
+        spec = _parsed(path, mujoco)
+        _delete(spec, _equalities_left(spec, mujoco))
+    points = _points_of_flexes(spec, mujoco)
+    if key is not None and points:
+        raise FileError(
+            f"{path} has flexes, of whose points its keyframes have numbers too, and these are not read. Remedy: "
+            "give the start of joints by positions"
+        )
+    _delete_unread(spec, key, points, mujoco)
+    model = _with_whole_key(spec.compile(), sizes, path)
+    return CompiledRobot(model, named, shapes, None if key is None else 0, controls)
+
+
+def _delete_unread(spec: Any, key: int | None, points: list[Any], mujoco: Any) -> None:
+    """Delete what is not read: elements, keyframes but one, points, shapes without mass, and what only these use."""
+    if key is not None:
+        for what in (*_OF_ACTUATORS, *_OF_FLEXES):
+            setattr(spec.keys[key], what, [])
+    for kind in _UNUSED:
+        kept = key if kind == "keys" else None
+        _delete(spec, [element for i, element in enumerate(getattr(spec, kind, ())) if i != kept])
+    _delete(spec, points)
+    _delete(spec, list(_shapes_without_mass(spec, mujoco)))
+    for marked in (*spec.geoms, *spec.sites, *spec.meshes):
+        marked.material = ""
+    for kind in _OF_SHAPES:
+        _delete(spec, getattr(spec, kind))
+    used = {geom.meshname for geom in spec.geoms} | {geom.hfieldname for geom in spec.geoms}
+    _delete(spec, [mesh for mesh in (*spec.meshes, *spec.hfields) if mesh.name not in used])
 
 
 def _parsed(path: Path, mujoco: Any) -> Any:

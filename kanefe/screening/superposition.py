@@ -8,20 +8,16 @@ neglect, and each further one is smaller by about the same ratio, which gives an
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from kanefe.equations.model import Model
-from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.integrate.events.load_events import EventOfLoad, events_of_loads
-from kanefe.screening.carrier import Carrier, Displacement
-from kanefe.screening.riders import Motions, Riders
-
-STICKY = 1e6
-"""Factor on friction with which everything sticks under any force."""
+from kanefe.screening.carrier import Displacement
+from kanefe.screening.riders import Motions
+from kanefe.screening.small import NotSuperposed, Small
+from kanefe.screening.sticking import Sticking
 
 APRON, TAPER = 16, 32
 """Numbers of steps around an interval with the true motion of the carrier, and over which the forcing then decays."""
@@ -35,9 +31,6 @@ CLOSE = 1e-4
 SLOWEST = 0.3
 """Ratio of successive corrections above which the iteration fails."""
 
-LEAST_DECAY = 1e-3
-"""Decay rate below which a motion is not superposed, 1/s."""
-
 SAFETY = 2.0
 """Safety factor on the error bounds."""
 
@@ -46,126 +39,6 @@ LOWEST = 5
 
 NUDGES = 1e-8, 1e-6
 """Steps of tangents and of their rates for the derivatives of event functions."""
-
-
-class NotSuperposed(Exception):
-    """Superposition does not converge to the full equations; the message gives the reason."""
-
-
-class Sticking:
-    """A scene on its carrier, and the same scene with everything sticking.
-
-    Parameters
-    ----------
-    model : Model
-        The model at its start.
-
-    Raises
-    ------
-    ModelError
-        If the scene has parts that cannot be screened.
-    """
-
-    def __init__(self, model: Model) -> None:
-        _check(model)
-        self.model = model
-        self.carrier = Carrier(model)
-        self.riders = Riders(model, self.carrier)
-        self.held = replace(model, loads=tuple(load.stuck(STICKY) for load in model.loads))
-        self.held_at_rest = self.carrier.stilled(self.held)
-        self.at_rest = self.carrier.stilled(model)
-        self.ropes = [number for number, load in enumerate(model.loads) if load.pull_column]
-        watching = model.route.watching
-        columns = {} if watching is None else watching.columns
-        self.events = []
-        for event in events_of_loads(model, keeps_steps=False):
-            if isinstance(event, EventOfLoad) and event.number in columns:
-                self.events.append(event)
-            elif not isinstance(event, EventOfLoad) or event.number not in self.ropes:
-                raise ModelError(
-                    f"event {event.name!r} is evaluated in Python, which a screened run does not support. "
-                    "Remedy: a kernel with watch= (kanefe.LoadKernel), or kf.System.simulate"
-                )
-        self._columns = [columns[event.number].start + event.index for event in self.events]
-        self.names = (*(event.name for event in self.events), *(f"{model.loads[i].name} pull" for i in self.ropes))
-
-    def rates(self, times: Vector, states: Matrix) -> Matrix:
-        """Return the rates of states (T, n) with everything sticking."""
-        route, size = self.held.route, states.shape[1]
-        if (sweeps := route.sweeps(times, states)) is not None:
-            return np.asarray(sweeps.rates[:, :size])
-        return np.array([route.evaluate(t, y).rates[:size] for t, y in zip(times.tolist(), states, strict=True)])
-
-    def watched(self, model: Model, times: Vector, states: Matrix) -> np.ndarray:
-        """Return the event functions at states (T, n) of a model with the same events, (T, events)."""
-        watching = model.route.watching
-        if watching is None:
-            return np.zeros((len(times), 0))
-        return np.asarray(watching.values(times, states)[:, self._columns])
-
-    def tensions(self, model: Model, times: Vector, states: Matrix) -> np.ndarray:
-        """Return the tensions of ropes, N, (T, ropes)."""
-        if not self.ropes:
-            return np.zeros((len(times), 0))
-        found = []
-        for t, y in zip(times.tolist(), states, strict=True):
-            scene = model.route.state(t, y)
-            pulls = []
-            for i in self.ropes:
-                load = self.model.loads[i]
-                outputs = load.tell(t, scene.load_ends(i), scene.load_states(i))
-                pulls.append(float(outputs[load.columns.index(load.pull_column)]))
-            found.append(pulls)
-        return np.array(found)
-
-
-@dataclass(frozen=True, eq=False)
-class Small:
-    """Small motions x = (xi, dxi/dt) on the carrier at rest: ``A = V diag(rates) V^-1``; anchors follow, z = W xi.
-
-    ``pulls``, (free, states): derivatives of the accelerations by the anchors. ``follows``, (states, states), projects
-    their rates on those that follow motions; those that decay by themselves are taken as zero.
-    """
-
-    rates: np.ndarray
-    V: np.ndarray
-    inverse: np.ndarray
-    W: Matrix
-    pulls: Matrix
-    follows: Matrix
-
-    @classmethod
-    def about(cls, sticking: Sticking, q: Vector, z: Vector) -> Small:
-        """Linearise about a configuration on the carrier at rest; raise NotSuperposed if a motion does not decay."""
-        model = sticking.held_at_rest
-        n, m = model.coordinate_count, model.free_count
-        J = model.jacobian(0.0, np.concatenate((q, np.zeros(m), z)))
-        tangents = model.coordinate_map(q)
-        rows, W = J[n : n + m], J[n + m :, n : n + m]
-        stiff = rows[:, :n] @ tangents + rows[:, n + m :] @ W
-        A = np.block([[np.zeros((m, m)), np.eye(m)], [stiff, rows[:, n : n + m]]])
-        own = J[n + m :, n + m :]
-        follows = np.eye(len(own)) - np.linalg.pinv(own, rcond=1e-9) @ own
-        rates, V = np.linalg.eig(A)
-        if rates.real.max() > -LEAST_DECAY:
-            raise NotSuperposed("a motion on the carrier is free or undamped")
-        return cls(rates, V, np.linalg.inv(V), W, rows[:, n + m :], follows)
-
-    def response(self, left: np.ndarray, step: float) -> Motions:
-        """Return the motions forced by accelerations (T, free) at equal steps, taken as periodic."""
-        count, m = left.shape
-        frequencies = 2.0 * np.pi * np.fft.rfftfreq(count, step)
-        forced = np.fft.rfft(left, axis=0) @ self.inverse[:, m:].T
-        x = (forced / (1j * frequencies[:, None] - self.rates)) @ self.V.T
-        if count % 2 == 0:
-            x[-1] = 0.0
-        xi, rate = x[:, :m], x[:, m:]
-        return Motions(*(np.fft.irfft(part, count, axis=0) for part in (xi, rate, 1j * frequencies[:, None] * rate)))
-
-    def transient(self, begun: Vector, times: Vector) -> np.ndarray:
-        """Return the decay of initial small motions (2 free,), (T, 2 free)."""
-        grown = np.exp(np.multiply.outer(times, self.rates)) * (self.inverse @ begun)
-        return np.asarray((grown @ self.V.T).real)
 
 
 @dataclass(frozen=True, eq=False)
@@ -240,25 +113,7 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
     inside = slice(before, before + len(t))
     moved = sticking.carrier.over(times)
     path = _Path(sticking, small, moved, times, q, z, before)
-    zero = np.zeros((len(times), model.free_count))
-    motions = Motions(zero, zero, zero)
-    slopes = path.slopes(motions, [before])
-    last, ratio = np.zeros(0), 1.0
-    for rounds in range(1, ROUNDS + 1):
-        correction = path.corrected(motions, step)
-        motions = motions + correction
-        size = np.abs(np.einsum("pex,tx->pet", slopes, np.hstack(correction[:2])[inside])).max(axis=(0, 2))
-        if rounds > 1:
-            is_large = last > 1e-6 * last.max(initial=0.0)
-            ratio = float((size[is_large] / last[is_large]).max(initial=0.0))
-            if not ratio < SLOWEST:
-                raise NotSuperposed(f"successive corrections decrease only by the factor {ratio:.2g}")
-            left = size * ratio / (1.0 - ratio)
-            if np.all(left <= CLOSE * np.maximum(np.abs(path.scale), size)):
-                break
-        last = size
-    else:
-        raise NotSuperposed(f"after {ROUNDS} corrections the residual is too large")
+    motions, left, rounds = _converged(path, inside, step)
     states = path.states(motions)
     watched = sticking.watched(model, times[inside], states[inside])
     reached = np.unique([before, *(before + np.argmin(np.abs(watched), axis=0))])
@@ -273,6 +128,27 @@ def superposed(sticking: Sticking, t: Vector, y: Vector, known: tuple[float, flo
     return Superposed(t, own, states[inside, n:], q, watched, bound, begun, slopes, small, rounds)
 
 
+def _converged(path: _Path, inside: slice, step: float) -> tuple[Motions, Vector, int]:
+    """Return motions that fulfil the full equations, what they leave of the event functions, and the corrections."""
+    motions = path.none
+    slopes = path.slopes(motions, [inside.start])
+    last, ratio = np.zeros(0), 1.0
+    for rounds in range(1, ROUNDS + 1):
+        correction = path.corrected(motions, step)
+        motions = motions + correction
+        size = np.abs(np.einsum("pex,tx->pet", slopes, np.hstack(correction[:2])[inside])).max(axis=(0, 2))
+        if rounds > 1:
+            is_large = last > 1e-6 * last.max(initial=0.0)
+            ratio = float((size[is_large] / last[is_large]).max(initial=0.0))
+            if not ratio < SLOWEST:
+                raise NotSuperposed(f"successive corrections decrease only by the factor {ratio:.2g}")
+            left = size * ratio / (1.0 - ratio)
+            if np.all(left <= CLOSE * np.maximum(np.abs(path.scale), size)):
+                return motions, left, rounds
+        last = size
+    raise NotSuperposed(f"after {ROUNDS} corrections the residual is too large")
+
+
 class _Path:
     """Evaluation of the full equations along motions at some times."""
 
@@ -285,6 +161,12 @@ class _Path:
         self.scale = sticking.watched(
             sticking.at_rest, np.zeros(1), self._at_rest(np.zeros((1, 2 * sticking.riders.count)))
         )[0]
+
+    @property
+    def none(self) -> Motions:
+        """Motions of rest on the carrier."""
+        zero = np.zeros((len(self._times), self._sticking.riders.count))
+        return Motions(zero, zero, zero)
 
     def states(self, motions: Motions) -> Matrix:
         q, u, _ = self._sticking.riders.absolute(self._moved, self._q, motions)
@@ -385,21 +267,3 @@ def _between(values: np.ndarray) -> Matrix:
         missed[passed] = np.abs(CubicSpline(kept, values[kept])(passed) - values[passed])
     # splines with twice the step have sixteen times the error, and twice the error at a jump of a rate
     return np.asarray(0.5 * maximum_filter1d(missed, 7, axis=0))
-
-
-def _check(model: Model) -> None:
-    """Raise a ModelError if the scene has parts that screened runs do not support."""
-    found = ""
-    if model.constraints:
-        found = "loops and couplers"
-    elif model.rigid_contacts:
-        found = "rigid contacts"
-    elif model.controllers:
-        found = "controllers"
-    elif model.has_unreduced:
-        found = "unreduced bodies"
-    for load in model.loads:
-        if what := load.not_screened:
-            found = f"{what}, as of {load.kind} {load.name!r}"
-    if found:
-        raise ModelError(f"screened runs are not supported for scenes with {found}. Remedy: kf.System.simulate")

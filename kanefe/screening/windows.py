@@ -22,7 +22,9 @@ from kanefe.integrate.trajectory import Trajectory, wanted_times
 from kanefe.result import Result
 from kanefe.screening.riders import Motions
 from kanefe.screening.screened_run import ScreenedRun
-from kanefe.screening.superposition import NotSuperposed, Sticking, Superposed, superposed
+from kanefe.screening.small import NotSuperposed
+from kanefe.screening.sticking import Sticking
+from kanefe.screening.superposition import Superposed, superposed
 from kanefe.storage.files import LARGEST_SHARE, usable_memory
 from kanefe.tree.bending import Bent
 

@@ -6,11 +6,11 @@ import time
 import warnings
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.errors import ModelError, SimulationWarning, did_you_mean, outside
+from kanefe.errors import ModelError, SimulationWarning, outside
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
 from kanefe.integrate.auto.choice import Choice, choose
@@ -18,7 +18,6 @@ from kanefe.integrate.clock import Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.events.requested_events import with_asked_events
 from kanefe.integrate.loop import RunLoop
-from kanefe.integrate.options import RunOptions
 from kanefe.integrate.pace import Limits
 from kanefe.integrate.run import SilentBar, one_count
 from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
@@ -30,78 +29,22 @@ from kanefe.integrate.step_times import StepTimes
 from kanefe.integrate.stepper import keeps_time
 from kanefe.integrate.trajectory import is_finite_number
 from kanefe.loads.controller import INPUTS
-from kanefe.order_n.route import OrderN
-from kanefe.scene.targets import Named
+from kanefe.stepping.asked import Asked
+from kanefe.stepping.held_values import HeldValues
 from kanefe.stepping.outputs import outputs_of, readers
+from kanefe.stepping.saved import SavedSimulation
 from kanefe.stepping.steppable import Steppable
 from kanefe.tree.bending import worst_bending
 
 if TYPE_CHECKING:
-    from kanefe.equations.given_state import Start
     from kanefe.equations.model import Model
     from kanefe.integrate.events.event_search import EventWatch
     from kanefe.joints.held_motion import Course
     from kanefe.scene.held_inputs import HeldInput
 
 
-class SavedSimulation(NamedTuple):
-    """The state of a simulation at some time, for `Simulation.restore`; it can be restored any number of times.
-
-    Attributes
-    ----------
-    time : float
-        s.
-    """
-
-    time: float
-    inputs: Vector
-    pieces: tuple[Vector, ...]
-    stepper: Mapping[str, np.ndarray]
-    watch: Mapping[str, np.ndarray] | None
-    sampler: tuple[Any, ...] | None
-    status: RunStatus
-    has_begun: bool
-
-
-STEPS = 100.0
-"""Default duration of a simulation relative to the usual step."""
-
 LITTLE = 1e-6
 """Time after which contacts and dry friction are seen under other inputs, relative to the usual step."""
-
-LEAST = 1.0
-"""Least default duration of a simulation, s."""
-
-
-def stretch(t: float, every: float, duration: float | None) -> tuple[float, float]:
-    """Return start and assumed end of a simulation, s; raise a ModelError if a number is not valid."""
-    for name, value in (("every", every), ("duration", duration)):
-        if value is None and name == "duration":
-            continue
-        if value is None or not (is_finite_number(value) and value > 0.0):
-            raise ModelError(f"{name} of a simulation must be above zero, in s, not {value!r}")
-    if not is_finite_number(t):
-        raise ModelError(f"t of a simulation must be a finite time in s, not {t!r}")
-    return float(t), float(t) + (max(STEPS * every, LEAST) if duration is None else float(duration))
-
-
-class Asked(NamedTuple):
-    """Arguments of `kanefe.System.start`.
-
-    Attributes
-    ----------
-    start : state or None
-    inputs, outputs : names, or None
-    every : float
-        Usual length of a step, s.
-    options : RunOptions
-    """
-
-    start: Start
-    inputs: Named | None
-    outputs: Named | None
-    every: float
-    options: RunOptions
 
 
 def started(scene: Steppable, asked: Asked) -> Simulation:
@@ -138,8 +81,6 @@ class Simulation:
     stepper : Stepper
         The method of integration.
     output_list : tuple of Output
-    courses : list of Course
-        Of driven coordinates that are inputs.
     scene, asked : System and Asked
         What it was started from.
 
@@ -168,13 +109,7 @@ class Simulation:
             raise ModelError(f"the name {shared[0]!r} is of an input and of an output. Remedy: another one")
         both = [*((one.name, one.unit) for one in held), *((output.name, output.unit) for output in self.output_list)]
         self.units = dict(both)
-        self._places = {name: i for i, name in enumerate(self.input_names)}
-        self._inputs = np.array([one.start for one in held])
-        first = model.coordinate_count + model.free_count
-        where = model.held.get(INPUTS, slice(0, 0))
-        self._state_of_inputs = slice(first + where.start, first + where.stop)
-        self._load_count = where.stop - where.start
-        self.courses = [one.course for one in held if one.course is not None]
+        self._held = HeldValues(model, held)
         with one_count(model, asked.options):
             self._choice: Choice = choose(model, asked.options)
             if self._choice.is_plugged:
@@ -236,7 +171,7 @@ class Simulation:
     @property
     def inputs(self) -> dict[str, float]:
         """The present values of the inputs, by name."""
-        return dict(zip(self.input_names, self._inputs.tolist(), strict=True))
+        return dict(zip(self.input_names, self._held.values.tolist(), strict=True))
 
     @property
     def outputs(self) -> dict[str, float]:
@@ -268,15 +203,15 @@ class Simulation:
         --------
         ``sim.outputs_with({"motor hub": 3.0})["angular_acceleration hub z"]``
         """
-        values = self._reported_values(inputs)
-        if np.array_equal(values, self._inputs):
+        values = self._held.with_changes(inputs)
+        if np.array_equal(values, self._held.values):
             return self.outputs
         loop, saved = self._loop, self.save()
         rows, last, reported = loop.rows.stored, loop.last, self._reported_outputs
         try:
             if self._watch is None:
                 y = self._vector().copy()
-                self._put(values, self.time, y)
+                self._held.put(values, self.time, y)
             else:
                 self._hold(values)
                 loop.go_to(self.stepper.t + LITTLE * self.asked.every).raise_if_failed()
@@ -340,7 +275,7 @@ class Simulation:
         """
         if not (is_finite_number(dt) and dt > 0.0):
             raise ModelError(f"dt of a step must be above zero, in s, not {dt!r}")
-        values = self._reported_values({} if inputs is None else inputs)
+        values = self._held.with_changes({} if inputs is None else inputs)
         if self._status.kind == "stopped":
             raise ModelError(f"{self._status}. Remedy: restore an earlier state, or start another simulation")
         stop = self.stepper.t + float(dt)
@@ -374,63 +309,37 @@ class Simulation:
         rtol, at = self._choice.control.get("rtol"), np.array([self.time])
         return of_contacts(self.model, at, self._vector()[None], self._choice.name, 0, rtol)
 
-    def _reported_values(self, inputs: Mapping[str, float]) -> Vector:
-        """Return the new values of all inputs."""
-        values = self._inputs.copy()
-        if not isinstance(inputs, Mapping):
-            raise ModelError(f"inputs of a step must be a mapping of names to numbers, not {inputs!r}")
-        for name, value in inputs.items():
-            if name not in self._places:
-                did = did_you_mean(str(name), self.input_names, 0.0)
-                listed = ", ".join(map(repr, self.input_names)) or "none: start(inputs=...) names them"
-                raise ModelError(f"the simulation has no input {name!r}. {did}It has: {listed}")
-            if not is_finite_number(value):
-                raise ModelError(f"input {name!r} must be a finite number, in {self.units[name]}, not {value!r}")
-            values[self._places[name]] = float(value)
-        return values
-
     def _hold(self, values: Vector) -> None:
         """Set the inputs; with unchanged inputs the method continues without a restart."""
         stepper = self.stepper
-        if self._has_begun and np.array_equal(values, self._inputs):
+        if self._has_begun and np.array_equal(values, self._held.values):
             return
-        self._inputs = values
+        self._held.values = values
         y, t = self._reached(), stepper.t
-        self._put(values, t, y)
+        self._held.put(values, t, y)
         stepper.go_on_with(t, y)
         if self._watch is not None:
             self._watch.renew(t, y)
 
-    def _put(self, values: Vector, t: float, y: Vector) -> None:
-        """Write inputs to the state y and, from t on, to the courses of driven coordinates."""
-        y[self._state_of_inputs] = values[: self._load_count]
-        for course, acceleration in zip(self.courses, values[self._load_count :].tolist(), strict=True):
-            course.go_on(t, acceleration)
-        self._write_courses()
+    @property
+    def courses(self) -> list[Course]:
+        """Of driven coordinates that are inputs."""
+        return self._held.courses
 
     def drive_of(self, course: Course) -> int:
         """Return the number of a course among all driven coordinates."""
-        motions = [motion for motion, _ in self.model.drives]
-        return next(i for i, motion in enumerate(motions) if motion.pieces is course.piece)
+        return self._held.drive_of(course)
 
     @property
     def event_watch(self) -> EventWatch | None:
         """What detects events, also those of contacts; None if there are none."""
         return self._watch
 
-    def _write_courses(self) -> None:
-        """Write the courses of driven coordinates to the tables of compiled code."""
-        route = self.model.route
-        if self.courses and isinstance(route, OrderN) and route.motion_tables is not None:
-            for course in self.courses:
-                first = int(route.motion_tables.motions[self.drive_of(course), 0])
-                route.motion_tables.pieces[first, : course.piece.shape[1]] = course.piece[0]
-
     def save(self) -> SavedSimulation:
         """Return the state of the simulation, for `restore`. Data that functions of the user keep are not included."""
         return SavedSimulation(
             self.stepper.t,
-            self._inputs.copy(),
+            self._held.values.copy(),
             tuple(course.piece.copy() for course in self.courses),
             self.stepper.snapshot(),
             None if self._watch is None else self._watch.snapshot(),
@@ -452,15 +361,12 @@ class Simulation:
         ModelError
             If it is from another simulation.
         """
-        sizes = [len(self._inputs), len(self.courses)]
+        sizes = [len(self._held.values), len(self.courses)]
         if not isinstance(saved, SavedSimulation) or [len(saved.inputs), len(saved.pieces)] != sizes:
             raise ModelError(f"restore takes what save of this simulation has returned, not {saved!r}")
         if saved.status.kind == "stopped":
             raise ModelError("the simulation had been ended by an event when it was saved. Remedy: save it before")
-        self._inputs = saved.inputs.copy()
-        for course, piece in zip(self.courses, saved.pieces, strict=True):
-            course.piece[:] = piece
-        self._write_courses()
+        self._held.resume(saved.inputs, saved.pieces)
         self.stepper.resume(saved.stepper)
         if self._watch is not None and saved.watch is not None:
             self._watch.resume(saved.watch)

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import inspect
 import platform
-import re
 import tempfile
-import threading
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +15,7 @@ from kanefe.errors import ModelError, SimulationWarning, outside
 from kanefe.integrate.options import RunOptions
 from kanefe.storage.digest import Unhashable, digest_of_functions, installed_versions
 from kanefe.studies.cases import Cases, cases_of, key_of
+from kanefe.studies.given import check_seconds, check_signature, described, options, shown
 from kanefe.studies.outputs import outputs_of
 from kanefe.studies.store import Store
 from kanefe.studies.table import StudyTable
@@ -30,9 +27,6 @@ from kanefe.studies.workers.work import OF_SCREENED, SCREENED, Case, Work, exit_
 
 if TYPE_CHECKING:
     from kanefe.result import Result
-
-OPTIONS = ("build", "outputs", "table", "duration", "rtol", "simulate")
-"""Arguments of `Study` whose names a parameter cannot have."""
 
 
 @checked("duration", "rtol", "simulate")
@@ -99,8 +93,8 @@ class Study:
         if not callable(build):
             raise ModelError(f"build must be a function that returns a System, not {type(build).__name__}")
         self.cases: Cases = cases_of(table, parameters)
-        _check_signature(build, self.cases[0])
-        self._work = Work(build, outputs_of(outputs), _options(duration, rtol, simulate))
+        check_signature(build, self.cases[0])
+        self._work = Work(build, outputs_of(outputs), options(duration, rtol, simulate))
         self._sampling: dict[str, Any] = {}
         try:
             self._identity = digest_of_functions(
@@ -271,7 +265,7 @@ class Study:
         --------
         ``study.result({"length": 1.0, "angle": 0.1}).plot()``
         """
-        _check_signature(self._work.build, parameters)
+        check_signature(self._work.build, parameters)
         return self._work.result(parameters, progress=None)
 
     def _run(
@@ -348,75 +342,7 @@ class Study:
             "count": len(self),
             "cases": self.cases.record(),
             "sampling": self._sampling,
-            "options": {name: _shown(value) for name, value in self._work.options.items()},
-            "build": _described(self._work.build),
-            "outputs": _described(self._work.outputs),
+            "options": {name: shown(value) for name, value in self._work.options.items()},
+            "build": described(self._work.build),
+            "outputs": described(self._work.outputs),
         }
-
-
-def _options(duration: float | None, rtol: float | None, simulate: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the options of the runs, checked as far as possible without a scene."""
-    options = dict(simulate or {})
-    for name, value in (("duration", duration), ("rtol", rtol)):
-        if value is not None:
-            key = "t_span" if name == "duration" else name
-            if key in options:
-                raise ModelError(f"{name} is given twice, also as {key} in simulate")
-            options[key] = (0.0, value) if name == "duration" else value
-    known = {*inspect.signature(RunOptions).parameters, "start", SCREENED}
-    if options.get(SCREENED):
-        known.update(OF_SCREENED)
-    unknown = sorted(set(options) - known)
-    if unknown:
-        raise ModelError(f"simulate takes no {', '.join(unknown)}. Remedy: one of {', '.join(sorted(known))}")
-    return options
-
-
-def _check_signature(build: Callable[..., Any], parameters: Mapping[str, Any]) -> None:
-    try:
-        signature = inspect.signature(build)
-    except (TypeError, ValueError):  # of a function in C
-        return
-    try:
-        signature.bind(**parameters)
-    except TypeError as error:
-        taken = [name for name in signature.parameters if name in OPTIONS and name not in parameters]
-        more = f"; {', '.join(taken)} is an option of Study: rename it, or give it in table=" if taken else ""
-        raise ModelError(
-            f"build{signature} does not fit the parameters {', '.join(parameters)}: {error}{more}. "
-            "Remedy: the names that build takes"
-        ) from error
-
-
-def _described(function: Any) -> dict[str, str]:
-    """Return the name and the source of a function, or of the class of another callable.
-
-    Functions from interactive input have no source; their content is in the identity nevertheless.
-    """
-    if isinstance(function, partial):
-        inner = _described(function.func)
-        given = [_shown(value) for value in function.args]
-        given += [f"{name}={_shown(value)}" for name, value in function.keywords.items()]
-        return {"name": f"partial({', '.join((inner['name'], *given))})", "source": inner["source"]}
-    what = function if inspect.isroutine(function) else type(function)
-    try:
-        # Python 3.13 finds the source of piped code, other versions do not
-        source = "" if inspect.getfile(what) in ("<string>", "<stdin>") else inspect.getsource(what)
-    except (OSError, TypeError):
-        source = ""
-    return {"name": what.__qualname__, "source": source}
-
-
-def _shown(value: Any) -> str:
-    """Return a text of a value that is the same in all processes."""
-    return _ADDRESS.sub("", repr(value))
-
-
-_ADDRESS = re.compile(r" at 0x[0-9a-fA-F]+")
-
-
-def check_seconds(most_seconds: Any) -> None:
-    """Raise a ModelError unless this is a valid time limit or None."""
-    is_number = isinstance(most_seconds, (int, float)) and not isinstance(most_seconds, bool)
-    if most_seconds is not None and not (is_number and 0.0 < most_seconds < threading.TIMEOUT_MAX):
-        raise ModelError(f"most_seconds must be above zero, in s, not {most_seconds!r}. Remedy: None, for no limit")

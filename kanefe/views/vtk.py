@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import escape
@@ -72,7 +73,6 @@ def write_series(
         raise ModelError(f"cannot write a series to the file {target}: its name must end in .pvd")
     if numbers(scale).shape != () or not math.isfinite(numbers(scale)):
         raise ModelError(f"scale of the displacements must be finite, not {scale!r}")
-    scale = float(scale)
     for name in result.bodies:
         for block in result.body(name).cells:
             if block.kind not in WRITTEN_TYPES:
@@ -81,43 +81,19 @@ def write_series(
                 )
     if frames is None:
         frames = spread_frames(result.times, fps, every, MOST_FRAMES)
-    fields = fields or {}
     target = ready_path(target.with_suffix(".pvd"))
     folder = target.with_name(f"{target.stem}_frames")
-    shapes = [result.body(name) for name in _drawn(result, fields)]
-    grids = [_mesh_grid(shape, _number_of(result, shape)) if shape.is_flexible else None for shape in shapes]
-    boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
-    cubes = _grid(
-        [("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))],
-        {"body": np.array([number for number, _, _ in boxes])},
-    )
-    contacts = [result.contact(name) for name in result.contacts]
-    spots = _grid([("vertex", np.arange(len(contacts))[:, None])], {"contact": np.arange(len(contacts))})
-    lines = result.load_lines(frames)
-    bodies = _texts("bodies", result.bodies)
-    in_contact, along_lines = _texts("contacts", result.contacts), _texts("loads", [line.name for line in lines])
+    parts = [*_parts_of_bodies(result, float(scale), fields or {}), *_parts_of_loads(result, frames)]
     try:
         folder.mkdir(exist_ok=True)
         listed: list[tuple[Path, float, int, str]] = []
         for number, frame in enumerate(long_work(f"writing {target.name}", frames)):
             time = float(result.times[frame])
-            of_bodies = _time_field(time) + bodies
-            for part, shape in enumerate(shapes):
-                if (grid := grids[part]) is not None:
-                    stem, data = folder / f"body{part}_{number:04d}", fields.get(shape.name)
-                    file = _write_mesh(stem, result, shape, int(frame), grid, scale, data, of_bodies)
-                    listed.append((file, time, part, shape.name))
-            if boxes:
-                file = _write_boxes(folder / f"rigid_{number:04d}", result, boxes, int(frame), cubes, of_bodies)
-                listed.append((file, time, len(shapes), "rigid bodies"))
-            if contacts:
-                about = _time_field(time) + in_contact
-                file = _write_contacts(folder / f"contacts_{number:04d}", contacts, int(frame), spots, about)
-                listed.append((file, time, len(shapes) + 1, "contacts"))
-            if any(line.states[number] != GONE for line in lines):
-                about = _time_field(time) + along_lines
-                file = _write_lines(folder / f"lines_{number:04d}", lines, number, about)
-                listed.append((file, time, len(shapes) + 2, "loads along lines"))
+            for place, part in enumerate(parts):
+                about = _time_field(time) + part.names
+                file = part.write and part.write(folder / f"{part.stem}_{number:04d}", int(frame), about)
+                if file is not None:
+                    listed.append((file, time, place, part.title))
         _write_collection(target, listed)
         _remove_other_frames(folder, {file for file, _, _, _ in listed})
     except OSError as error:
@@ -125,6 +101,55 @@ def write_series(
             f"cannot write {target}: {error.strerror or error}. Remedy: free some space or choose another folder"
         ) from error
     return target
+
+
+class _Part(NamedTuple):
+    """One file of each time.
+
+    Attributes
+    ----------
+    title, stem : str
+        Its name in the collection, and the beginning of those of its files.
+    names : str
+        Field data that lists what its cells are parts of.
+    write : callable, or None
+        Writes the file of a path, an output time by number and field data; returns its path, or None if nothing is
+        there then. None: nothing ever is.
+    """
+
+    title: str
+    stem: str
+    names: str
+    write: Callable[[Path, int, str], Path | None] | None
+
+
+def _parts_of_bodies(result: Reader, scale: float, fields: Mapping[str, FieldData]) -> Iterator[_Part]:
+    """Yield a part for each body, of which only flexible ones write, and that of the boxes of rigid ones."""
+    shapes, names = [result.body(name) for name in _drawn(result, fields)], _texts("bodies", result.bodies)
+    for i, shape in enumerate(shapes):
+        write = None
+        if shape.is_flexible:
+            grid = _mesh_grid(shape, _number_of(result, shape))
+            write = partial(_write_mesh, result, shape, grid, scale, fields.get(shape.name))
+        yield _Part(shape.name, f"body{i}", names, write)
+    boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
+    cubes = _grid(
+        [("hexahedron", np.arange(8 * len(boxes)).reshape(-1, 8))],
+        {"body": np.array([number for number, _, _ in boxes])},
+    )
+    yield _Part("rigid bodies", "rigid", names, partial(_write_boxes, result, boxes, cubes) if boxes else None)
+
+
+def _parts_of_loads(result: Reader, frames: np.ndarray) -> Iterator[_Part]:
+    """Yield the parts of contacts and of loads along lines."""
+    contacts = [result.contact(name) for name in result.contacts]
+    spots = _grid([("vertex", np.arange(len(contacts))[:, None])], {"contact": np.arange(len(contacts))})
+    write = partial(_write_contacts, contacts, spots) if contacts else None
+    yield _Part("contacts", "contacts", _texts("contacts", result.contacts), write)
+    lines = result.load_lines(frames)
+    rows = {int(frame): row for row, frame in enumerate(frames)}
+    names = _texts("loads", [line.name for line in lines])
+    yield _Part("loads along lines", "lines", names, partial(_write_lines, lines, rows))
 
 
 def _drawn(result: Reader, fields: Mapping[str, FieldData]) -> list[str]:
@@ -194,14 +219,14 @@ def _number_of(result: Reader, shape: BodyShape) -> np.ndarray | int:
 
 
 def _write_mesh(
-    path: Path,
     result: Reader,
     shape: BodyShape,
-    frame: int,
     grid: _Grid,
     scale: float,
-    data: FieldData | None = None,
-    about: str = "",
+    data: FieldData | None,
+    path: Path,
+    frame: int,
+    about: str,
 ) -> Path:
     A_NG = rotation_matrix(result.rotation(shape.name)[frame])
     displacement = result.nodal_displacements(shape.name, frame, np.arange(len(shape.nodes))) @ A_NG.T
@@ -211,7 +236,7 @@ def _write_mesh(
 
 
 def _write_boxes(
-    path: Path, result: Reader, boxes: list[tuple[int, BodyShape, np.ndarray]], frame: int, grid: _Grid, about: str
+    result: Reader, boxes: list[tuple[int, BodyShape, np.ndarray]], grid: _Grid, path: Path, frame: int, about: str
 ) -> Path:
     corners = []
     for _, shape, local in boxes:
@@ -220,7 +245,7 @@ def _write_boxes(
     return _write_grid(path, np.vstack(corners), grid, {}, {}, about)
 
 
-def _write_contacts(path: Path, contacts: Sequence[ContactHistory], frame: int, grid: _Grid, about: str) -> Path:
+def _write_contacts(contacts: Sequence[ContactHistory], grid: _Grid, path: Path, frame: int, about: str) -> Path:
     fields = {
         "force [N]": np.array([contact.force[frame] for contact in contacts]),
         "normal [N]": np.array([contact.normal[frame] for contact in contacts]),
@@ -230,9 +255,12 @@ def _write_contacts(path: Path, contacts: Sequence[ContactHistory], frame: int, 
     return _write_grid(path, np.array([contact.point[frame] for contact in contacts]), grid, fields, {}, about)
 
 
-def _write_lines(path: Path, lines: Sequence[LoadLine], row: int, about: str) -> Path:
+def _write_lines(lines: Sequence[LoadLine], rows: Mapping[int, int], path: Path, frame: int, about: str) -> Path | None:
     """Write the lines at one of the times shown, except broken ones."""
+    row = rows[frame]
     shown = [(i, line) for i, line in enumerate(lines) if line.states[row] != GONE]
+    if not shown:
+        return None
     points = np.vstack([line.points[row] for _, line in shown])
     starts = np.cumsum([0, *(len(line.points[row]) for _, line in shown)])
     cells = [start + np.arange(len(line.points[row]) - 1) for start, (_, line) in zip(starts, shown, strict=False)]

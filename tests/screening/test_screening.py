@@ -11,7 +11,8 @@ import kanefe as kf
 from kanefe.frames import axis_rotation
 from kanefe.screening import windows
 from kanefe.screening.carrier import Carrier, Displacement
-from kanefe.screening.superposition import Sticking, superposed
+from kanefe.screening.sticking import Sticking
+from kanefe.screening.superposition import superposed
 from kanefe.screening.windows import screen
 from screening_scenes import block_on_deck, deck_motion
 

@@ -11,7 +11,8 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.bodies.exact.beam_line import BeamLine
 from kanefe.bodies.exact.inertia import BeamInertia
-from kanefe.bodies.flexible import FlexibleBody, InnerMotion, InterfaceFrame
+from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
+from kanefe.bodies.inner_motion import InnerMotion
 from kanefe.bodies.slopes import SLOPE_MEASURES, SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity

@@ -39,6 +39,21 @@ def read_capytaine(
     ModelError
         If there is more than one depth of water.
     """
+    table = _table(dataset, path)
+    omega = np.atleast_1d(table["omega"].values).astype(float)
+    speeds, headings = (np.atleast_1d(table[d].values).astype(float) for d in ("forward_speed", "wave_direction"))
+    finite = np.isfinite(omega) & (omega > 0.0)
+    grid = np.meshgrid(speeds, np.degrees(headings), omega[finite], indexing="ij")
+    values = np.asarray(table.values, dtype=complex)[:, :, finite].reshape(-1, 6)
+    depth = float(np.max(dataset["water_depth"].values)) if "water_depth" in dataset.variables else math.inf
+    centre = "body's centre of rotation in Capytaine"
+    convention = RaoConvention("exp(-iwt)", "following", "starboard", "forward", "port", "up", "rad/m", centre)
+    rows = Rows(grid[0].ravel(), grid[1].ravel(), grid[2].ravel(), values)
+    return rows.rao(path, convention, depth=depth, symmetric=symmetric)
+
+
+def _table(dataset: Any, path: Path) -> Any:
+    """Return the RAO over forward speed, wave direction, frequency and the six motions in their order."""
     if "RAO" not in getattr(dataset, "variables", {}):
         raise FileError(
             f'{path} has no RAO. Remedy: dataset["RAO"] = capytaine.post_pro.rao(dataset), before it is exported'
@@ -69,14 +84,4 @@ def read_capytaine(
         elif name not in table.dims:
             table = table.expand_dims({name: [0.0]})
     order = [dofs[name] for name in NAMES]
-    table = table.transpose("forward_speed", "wave_direction", along, MOTIONS).sel({MOTIONS: order})
-    omega = np.atleast_1d(table["omega"].values).astype(float)
-    speeds, headings = (np.atleast_1d(table[d].values).astype(float) for d in ("forward_speed", "wave_direction"))
-    finite = np.isfinite(omega) & (omega > 0.0)
-    grid = np.meshgrid(speeds, np.degrees(headings), omega[finite], indexing="ij")
-    values = np.asarray(table.values, dtype=complex)[:, :, finite].reshape(-1, 6)
-    depth = float(np.max(dataset["water_depth"].values)) if "water_depth" in dataset.variables else math.inf
-    centre = "body's centre of rotation in Capytaine"
-    convention = RaoConvention("exp(-iwt)", "following", "starboard", "forward", "port", "up", "rad/m", centre)
-    rows = Rows(grid[0].ravel(), grid[1].ravel(), grid[2].ravel(), values)
-    return rows.rao(path, convention, depth=depth, symmetric=symmetric)
+    return table.transpose("forward_speed", "wave_direction", along, MOTIONS).sel({MOTIONS: order})

@@ -137,11 +137,7 @@ def balanced(
 
     `slack` (1/s2): stiffness over mass of directions that are left unchanged, see `BalanceSearch`.
     """
-    with warnings.catch_warnings():  # contacts may begin deep: the search moves them
-        warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
-        falling, time, y = started_model(scene, t, start, "equilibrium")
-        if start is None or not knows_states(falling, start):
-            falling, y = _slack_unless_balanced(falling, time, y)
+    falling, time, y = _begun(scene, t, start)
     model, q = at_rest(falling, time, y), falling.parts(y)[0]
     begun = replace(model, initial_coordinates=q)
     if model.constraints and start is None:
@@ -186,6 +182,16 @@ def balanced(
     return Equilibrium(
         at_rest(model, time, y), time, y, search.imbalance(q, u), search.iterations, begun, search.small(q, u)
     )
+
+
+def _begun(scene: Freezable | Model, t: float | None, start: Start) -> tuple[Model, float, Vector]:
+    """Return the model, time and state from which an equilibrium is searched for."""
+    with warnings.catch_warnings():  # contacts may begin deep: the search moves them
+        warnings.filterwarnings("ignore", "contact .* begins .* deep", SimulationWarning)
+        model, time, y = started_model(scene, t, start, "equilibrium")
+        if start is None or not knows_states(model, start):
+            model, y = _slack_unless_balanced(model, time, y)
+    return model, time, y
 
 
 def _has_initial_load_states(model: Model) -> bool:

@@ -239,11 +239,7 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     frequency `slow` (rad/s) a mode is identified by the space of all modes that are as slow, without a sense of
     rotation.
     """
-    if old.modes.state_names != new.state_names:
-        raise ModelError(
-            "modes can be followed only between scenes of the same coordinates. Remedy: build the scene alike at "
-            "every speed, with the same bodies, modes and joints"
-        )
+    _check_same_scene(old.modes, new)
     M, count = new.metric, len(new.eigenvalues)
     ahead, behind = _candidates(new), _candidates(old.modes)
     others, values = ahead.values, old.values
@@ -284,14 +280,30 @@ def _matched(old: Followed, new: AnyModes, slow: float) -> Followed:
     rows, columns = linear_sum_assignment((cost + 1.0 - alike).reshape(shape).min(axis=1))
     chosen = columns[np.argsort(rows)]
     at = best[np.arange(len(chosen)), chosen] * count + chosen
-    rows = np.arange(len(at))
     # rivals with the same shape and a similar distance: both whirls of a symmetric rotor differ by frequency only
-    rivals = (alike >= SURE) & (apart < RIVAL * apart[rows, at][:, None])
-    rivals &= others.imag[None, :] != 0.0
-    rivals &= np.abs(others[None, :] - others[at][:, None]) > ALIKE * np.abs(others[at])[:, None]
-    is_single = np.array([np.count_nonzero(np.abs(behind.values - v) <= ALIKE * np.abs(v)) < 2 for v in values])
-    sureness = np.where(rivals.any(axis=1) & is_single, 0.0, alike[rows, at])
-    return Followed(new, chosen, others[at], ahead.shapes[:, :, at], sureness)
+    found = np.arange(len(at)), at
+    rivals = (alike >= SURE) & (apart < RIVAL * apart[found][:, None])
+    is_sure = ~_has_rival(rivals, others, at) | _is_one_of_several(behind.values, values)
+    return Followed(new, chosen, others[at], ahead.shapes[:, :, at], np.where(is_sure, alike[found], 0.0))
+
+
+def _check_same_scene(old: AnyModes, new: AnyModes) -> None:
+    if old.state_names != new.state_names:
+        raise ModelError(
+            "modes can be followed only between scenes of the same coordinates. Remedy: build the scene alike at "
+            "every speed, with the same bodies, modes and joints"
+        )
+
+
+def _has_rival(near: np.ndarray, others: np.ndarray, at: np.ndarray) -> np.ndarray:
+    """Return of each continuation whether one of those near it vibrates, with another frequency."""
+    is_apart = np.abs(others[None, :] - others[at][:, None]) > ALIKE * np.abs(others[at])[:, None]
+    return np.asarray((near & (others.imag[None, :] != 0.0) & is_apart).any(axis=1))
+
+
+def _is_one_of_several(candidates: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return of each value whether several candidates have it."""
+    return np.array([np.count_nonzero(np.abs(candidates - v) <= ALIKE * np.abs(v)) >= 2 for v in values])
 
 
 def _share(products: np.ndarray, gram: np.ndarray, own: Vector) -> Vector:

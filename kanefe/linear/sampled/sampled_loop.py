@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from kanefe.linear.frequency_response import FrequencyResponse, checked_frequenc
 from kanefe.linear.inputs import inputs_of
 from kanefe.linear.linearisation import Linearisation, input_directions, linearised
 from kanefe.linear.outputs import Output, output_rows, outputs_of
+from kanefe.linear.sampled.drives_and_readings import pushed, read_inputs, read_rows
 from kanefe.linear.sampled.sampled_laws import LinearLaw, linear_law
 from kanefe.linear.sampled.sampling_events import (
     COMMON,
@@ -38,7 +39,6 @@ from kanefe.linear.sampled.sampling_events import (
 )
 from kanefe.linear.small_motions import Directions
 from kanefe.linear.state import started_model
-from kanefe.linear.tangents import difference
 from kanefe.linear.unsettled import warn_of_imbalance
 from kanefe.loads.controller import Controller
 from kanefe.scene.targets import Named
@@ -53,9 +53,6 @@ GROWTH = 1e-9
 NEUTRAL = 1e-6
 """Distance of a pole from 1, dimensionless, below which it is a motion without restoring force; double poles are
 accurate to the square root of round-off."""
-
-ROUND_OFF = 1e-11
-"""Change relative to the largest change of the inputs that is round-off of differences."""
 
 ROUNDS = 3
 """Number of iterations between drives and measured accelerations that depend on each other."""
@@ -283,17 +280,17 @@ def _loop(
     n, digits = len(plant.A), COMMON * min(law.controller.every for law in laws)
     places, size = places_of(laws, n)
     acting = np.concatenate([np.arange(at.acting.start, at.acting.stop) for at in places])
-    pushed = _pushed(plant, laws)
+    drives = pushed(plant, laws)
     generator = np.zeros((size, size))
     generator[:n, :n] = plant.A
-    generator[np.ix_(np.arange(n - len(plant.small.speeds.leading), n), acting)] = pushed.ddu[
+    generator[np.ix_(np.arange(n - len(plant.small.speeds.leading), n), acting)] = drives.ddu[
         plant.small.speeds.leading
     ]
     measured = np.zeros((len(plant.C), size))
     measured[:, :n] = plant.C
-    measured[:, acting] = output_rows(plant.small, outputs, pushed)
+    measured[:, acting] = output_rows(plant.small, outputs, drives)
     rows = [
-        np.hstack((_read_rows(plant, read, acting, laws, size), _read_inputs(plant, law, driven)))
+        np.hstack((read_rows(plant, read, acting, laws, size), read_inputs(plant, law, driven)))
         for law, read in zip(laws, _readers(plant.model, plant.time), strict=True)
     ]
     period, counts = common_period(laws)
@@ -302,14 +299,7 @@ def _loop(
     spans = np.diff([*(instant.time for instant in instants), period])
     ends = turned(laws, places, counts, size)
 
-    def over_period(flow: Callable[[float], Matrix], more: int) -> Matrix:
-        """Return the transition over a period of the states of the loop, and of `more` that samples do not change."""
-        total, at_once = np.eye(size + more), np.eye(size + more)
-        for jump, span in zip(jumps, spans, strict=True):
-            read = min(jump.shape[1], size + more)  # without inputs there are no columns to read
-            at_once[:size, :read] = jump[:, :read]
-            total = flow(float(span)) @ at_once @ total
-        return np.asarray(scipy.linalg.block_diag(ends, np.eye(more)) @ total)
+    over_period = partial(_over_period, jumps, spans, ends)
 
     def through(f: float) -> tuple[Matrix, Matrix]:
         """Return the transition over a period of complex amplitudes, and the integrals of outputs from them.
@@ -331,15 +321,17 @@ def _loop(
     )
 
 
-def _read_inputs(plant: Linearisation, law: LinearLaw, driven: Directions) -> Matrix:
-    """Return the derivatives of readings by the inputs, (reads, inputs): nonzero for accelerations only."""
-    rows = np.zeros((len(law.controller.reads), driven.ddu.shape[1]))
-    for row, reading in zip(rows, law.controller.reads, strict=True):
-        if "acceleration" in reading.what and len(row):
-            frame = f"{reading.body}/{reading.interface}" if reading.interface else reading.body
-            axis = f"{'xyz'[reading.component]}{chr(39) if reading.is_own else ''}"
-            row[:] = output_rows(plant.small, outputs_of(plant.small, f"{reading.what} {frame} {axis}"), driven)[0]
-    return rows
+def _over_period(
+    jumps: Sequence[Matrix], spans: Vector, ends: Matrix, flow: Callable[[float], Matrix], more: int
+) -> Matrix:
+    """Return the transition over a period of the states of the loop, and of `more` that samples do not change."""
+    size = len(ends)
+    total, at_once = np.eye(size + more), np.eye(size + more)
+    for jump, span in zip(jumps, spans, strict=True):
+        read = min(jump.shape[1], size + more)  # without inputs there are no columns to read
+        at_once[:size, :read] = jump[:, :read]
+        total = flow(float(span)) @ at_once @ total
+    return np.asarray(scipy.linalg.block_diag(ends, np.eye(more)) @ total)
 
 
 def _names(plant: Linearisation, laws: Sequence[LinearLaw]) -> tuple[str, ...]:
@@ -348,54 +340,3 @@ def _names(plant: Linearisation, laws: Sequence[LinearLaw]) -> tuple[str, ...]:
         drives, late = law.controller.drives, range(late_samples(law))
         names += [*law.names, *drives, *(f"{drive}, late {k + 1}" for k in late for drive in drives)]
     return tuple(names)
-
-
-def _pushed(plant: Linearisation, laws: Sequence[LinearLaw]) -> Directions:
-    """Return the accelerations due to unit drives of all controllers, in which loads are linear."""
-    model, t, n = plant.model, plant.time, plant.model.free_count
-    columns = []
-    for at in _held(plant, laws):
-        beside = []
-        for sign in (0.5, -0.5):
-            state = plant.state.copy()
-            state[at] += sign
-            beside.append(model.parts(model.rhs(t, state))[1])
-        columns.append(beside[0] - beside[1])
-    ddu = np.zeros((plant.small.size, len(columns)))
-    ddu[:n] = np.array(columns).T
-    return Directions(np.zeros_like(ddu), np.zeros_like(ddu), ddu)
-
-
-def _held(plant: Linearisation, laws: Sequence[LinearLaw]) -> list[int]:
-    """Return the places of the drives of all controllers in the state."""
-    first = plant.model.coordinate_count + plant.model.free_count
-    places = [plant.model.held[law.controller.name] for law in laws]
-    return [first + i for held in places for i in range(held.start, held.stop)]
-
-
-def _read_rows(
-    plant: Linearisation, read: Callable[[Vector], Vector], acting: np.ndarray, laws: Sequence[LinearLaw], size: int
-) -> Matrix:
-    """Return the derivatives of the readings of a controller by the states of the loop, (reads, states)."""
-    small, y = plant.small, plant.state
-    z = plant.model.parts(y)[2]
-    rows = np.zeros((len(read(y)), size))
-    columns = [
-        (along, i, steps[i])
-        for along in (small.along_positions, small.along_speeds)
-        for steps in (small.steps(along),)
-        for i in range(along.z.shape[1])
-    ]
-    for column, (along, i, step) in enumerate(columns):
-
-        def beside(h: float, along: Directions = along, i: int = i) -> Vector:
-            moved = small.moved(along, i, h)
-            return read(np.concatenate((moved.q, moved.u, z)))
-
-        rows[:, column] = difference(beside, step)
-    for place, at in zip(acting, _held(plant, laws), strict=True):
-        unit = np.zeros(len(y))
-        unit[at] = 0.5
-        rows[:, place] = read(y + unit) - read(y - unit)
-    sizes = np.abs(rows).max(axis=1, keepdims=True, initial=0.0)
-    return np.where(np.abs(rows) > ROUND_OFF * sizes, rows, 0.0)

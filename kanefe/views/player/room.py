@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import rotation_matrix
+from kanefe.results.body_shape import BodyShape
 from kanefe.results.load_lines import LoadLine
 from kanefe.results.reader import Reader
 from kanefe.views.cuboids import CORNERS
@@ -91,51 +92,76 @@ class Room(NamedTuple):
 def room_of(result: Reader, tracks: Tracks, skins: Mapping[str, Skin], lines: Sequence[LoadLine]) -> Room:
     """Return the space of all bodies, of finite surfaces, and of the lines of loads."""
     count = len(tracks.frames)
-    rows = np.unique(np.linspace(0, count - 1, LOOKED_AT).round().astype(int))
-    seen: list[tuple[np.ndarray, np.ndarray, bool]] = []
+    seen = _Seen(np.unique(np.linspace(0, count - 1, LOOKED_AT).round().astype(int)))
+    mass, middle = 0.0, np.zeros((count, 3))
+    for name in result.bodies:
+        shape = result.body(name)
+        if shape.line is not None:  # bent far, it is not where it was at rest
+            moves = seen.see(result.nodal_positions(name, frames=tracks.frames[seen.rows]), moves=True)
+        else:
+            points = _points_of(result, shape, skins)
+            moves = seen.see(_placed(tracks, tracks.number(name), points, seen.rows), moves=shape.is_flexible)
+        if moves and shape.mass > 0.0:
+            if shape.line is not None:
+                centre = result.center_of_mass(name)[tracks.frames]
+            else:
+                centre = tracks.tracked(tracks.number(name), shape.com)
+            mass, middle = mass + shape.mass, middle + shape.mass * centre
+    for surface in result.surfaces:
+        if not surface.is_endless:
+            seen.see(_placed(tracks, tracks.number(surface.body, surface.interface), surface.vertices, seen.rows))
+    for line in lines:
+        seen.see(line.points[seen.rows])
+    return seen.room(middle / mass if mass else None)
 
-    def see(places: np.ndarray, moves: bool = False) -> bool:
-        """Add points (rows, p, 3) to the space; return whether they move."""
+
+class _Seen:
+    """Boxes of what was looked at, at some of the times shown.
+
+    Parameters
+    ----------
+    rows : ndarray of int
+        Their numbers.
+    """
+
+    def __init__(self, rows: np.ndarray) -> None:
+        self.rows = rows
+        self._boxes: list[tuple[np.ndarray, np.ndarray, bool]] = []
+
+    def see(self, places: np.ndarray, moves: bool = False) -> bool:
+        """Add points (rows, p, 3); return whether they move."""
         low, high = places.min(axis=1), places.max(axis=1)
         size = np.linalg.norm(high.max(axis=0) - low.min(axis=0))
         moves = moves or bool(np.ptp(places, axis=0).max() > STILL * size)
-        seen.append((low, high, moves))
+        self._boxes.append((low, high, moves))
         return moves
 
-    mass, middle = 0.0, np.zeros((count, 3))
-    for name in result.bodies:
-        shape, points = result.body(name), [np.zeros((1, 3))]
-        if shape.line is not None:  # bent far, it is not where it was at rest
-            see(result.nodal_positions(name, frames=tracks.frames[rows]), moves=True)
-            mass, middle = mass + shape.mass, middle + shape.mass * result.center_of_mass(name)[tracks.frames]
-            continue
-        if shape.is_flexible:
-            points.append(skins[name].points)
-        if shape.mass > 0.0:
-            points.append(shape.com[None])
-            own = [surface for surface in result.surfaces if surface.body == name]
-            if not shape.is_flexible and (sides := box_of(shape, own)) is not None:
-                points.append(sides)
-        frame = tracks.number(name)
-        if see(_placed(tracks, frame, np.vstack(points), rows), moves=shape.is_flexible) and shape.mass > 0.0:
-            mass, middle = mass + shape.mass, middle + shape.mass * tracks.tracked(frame, shape.com)
-    for surface in result.surfaces:
-        if not surface.is_endless:
-            see(_placed(tracks, tracks.number(surface.body, surface.interface), surface.vertices, rows))
-    for line in lines:
-        see(line.points[rows])
-    whole, moving = _boxes(seen), _boxes([one for one in seen if one[2]])
-    everything, moved = _joined(*whole), _joined(*moving)
-    if moved.size <= LEAST * everything.size:
-        return Room(everything, is_whole=True)
-    is_whole = everything.size <= WIDE * moved.size
-    box, size = everything if is_whole else moved, float(np.linalg.norm(moving[1] - moving[0], axis=1).max())
-    if mass == 0.0 or not moved.size > TRAVELS * size > 0.0:
-        return Room(box, is_whole)
-    middle = middle / mass
-    path = np.where(np.ptp(middle, axis=0) > ALONG * size, middle, middle[0])
-    about = _joined(moving[0] - path[rows], moving[1] - path[rows])
-    return Room(box, is_whole, path, about)
+    def room(self, middle: np.ndarray | None) -> Room:
+        """Return the space of all points; `middle` is the centre of the mass that moves, at all times, if any does."""
+        whole, moving = _boxes(self._boxes), _boxes([one for one in self._boxes if one[2]])
+        everything, moved = _joined(*whole), _joined(*moving)
+        if moved.size <= LEAST * everything.size:
+            return Room(everything, is_whole=True)
+        is_whole = everything.size <= WIDE * moved.size
+        box, size = everything if is_whole else moved, float(np.linalg.norm(moving[1] - moving[0], axis=1).max())
+        if middle is None or not moved.size > TRAVELS * size > 0.0:
+            return Room(box, is_whole)
+        path = np.where(np.ptp(middle, axis=0) > ALONG * size, middle, middle[0])
+        about = _joined(moving[0] - path[self.rows], moving[1] - path[self.rows])
+        return Room(box, is_whole, path, about)
+
+
+def _points_of(result: Reader, shape: BodyShape, skins: Mapping[str, Skin]) -> np.ndarray:
+    """Return points of a body in its frame that span the room it takes, (p, 3)."""
+    points = [np.zeros((1, 3))]
+    if shape.is_flexible:
+        points.append(skins[shape.name].points)
+    if shape.mass > 0.0:
+        points.append(shape.com[None])
+        own = [surface for surface in result.surfaces if surface.body == shape.name]
+        if not shape.is_flexible and (sides := box_of(shape, own)) is not None:
+            points.append(sides)
+    return np.vstack(points)
 
 
 def _placed(tracks: Tracks, frame: int, points: np.ndarray, rows: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 import kanefe as kf
-from kanefe.screening.superposition import Sticking
+from kanefe.screening.sticking import Sticking
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.sramss import (
     Deck,
