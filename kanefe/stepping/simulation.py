@@ -81,6 +81,8 @@ class Simulation:
     stepper : Stepper
         The method of integration.
     output_list : tuple of Output
+    courses : list of Course
+        Of driven coordinates that are inputs.
     scene, asked : System and Asked
         What it was started from.
 
@@ -110,6 +112,7 @@ class Simulation:
         both = [*((one.name, one.unit) for one in held), *((output.name, output.unit) for output in self.output_list)]
         self.units = dict(both)
         self._held = HeldValues(model, held)
+        self.courses = self._held.courses
         with one_count(model, asked.options):
             self._choice: Choice = choose(model, asked.options)
             if self._choice.is_plugged:
@@ -320,11 +323,6 @@ class Simulation:
         stepper.go_on_with(t, y)
         if self._watch is not None:
             self._watch.renew(t, y)
-
-    @property
-    def courses(self) -> list[Course]:
-        """Of driven coordinates that are inputs."""
-        return self._held.courses
 
     def drive_of(self, course: Course) -> int:
         """Return the number of a course among all driven coordinates."""
