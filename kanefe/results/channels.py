@@ -15,7 +15,6 @@ from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
-from kanefe.frames import rotation_matrices
 from kanefe.integrate.sampling import ControllerLog
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
@@ -208,10 +207,9 @@ class RunChannels:
                 raise ModelError("nothing in the scene has mass: it has no centre of mass")
             parts = [mass * self.read("center_of_mass", name) for name, mass in masses.items()]
             return {key: np.sum(parts, axis=0) / sum(masses.values())}
-        number = self.model.index(body)
-        axes = rotation_matrices(self.read("rotation", body))
-        offsets = (axes @ self._local_centres(number)[:, :, None])[:, :, 0]
-        return {key: self.read("position", body) + offsets}
+        frame = self.swept.frame(*self._frame(body, ""))
+        local = self._local_centres(self.model.index(body))
+        return {key: frame.position + (frame.axes @ local[:, :, None])[:, :, 0]}
 
     def _local_centres(self, number: int) -> np.ndarray:
         """Return the centre of mass of a body in its frame, (T, 3)."""
