@@ -33,10 +33,10 @@ RUN_IN_STEPS = """
 """Methods by which loads, joints, shapes and laws serve the equations, which give them checked arguments."""
 
 MADE_BY_KANEFE = """
-    Action AxisJoint Buckling Campbell CriticalPoint End Equilibrium EquilibriumPath FiniteElementModel
+    Action Assembly AxisJoint Buckling Campbell CriticalPoint End Equilibrium EquilibriumPath FiniteElementModel
     FlexibleBody FloquetModes FloquetModes.harmonics Frame FrequencyResponse Held Instant Joint Linearisation
     Link Link.given Link.sliding Link.turning Link.winding LinkKernel LoadEvent LoadKernel Mesh
-    MissingDependency Model Modes MotionRao NodalPattern RaoConvention RaoConvention.of Result
+    MissingDependency Model Modes MotionRao NodalPattern Part ProposedJoint RaoConvention RaoConvention.of Result
     Result.from_channels RunStatus SampledLoop SceneState ScreenedRun Sea SegmentedBody Simulation
     Simulation.drive_of StabilityLimit StabilityMap StiffnessSection StiffnessSection.of Tangent
     fatigue.Cycles fatigue.Damage fatigue.MeanStress studies.GumbelFit studies.Operability

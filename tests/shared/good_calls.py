@@ -17,7 +17,7 @@ QUICK = {
         r"kanefe\.(System\.add_(?!pressure|traction)|Interface|Near|InBox|InCylinder|OnPlane|Krylov|FreeInterface|Event)",
         name,
     )
-    or re.match(r"kanefe_fem\.(?!solid|recover|beam|attach|straight|read|UserEnergy|Mesh)", name)
+    or re.match(r"kanefe_fem\.(?!solid|recover|beam|attach|straight|read|Assembly|ProposedJoint|UserEnergy|Mesh)", name)
     or re.match(r"kanefe\.(Result|Instant|Modes|Buckling)\.(?!plot|save|to_|view)", name)
 }
 """Those that take some milliseconds."""

@@ -9,10 +9,11 @@ import numpy as np
 
 import kanefe as kf
 import kanefe_fem as fem
-from good_call import call, on
+from good_call import CALLS, FILES, Call, call, on
 from good_results import result
 from repository import ROOT
 from steel_beams import STEEL, steel_beam
+from step_files import hinge, write_step
 
 call("kanefe_fem.Material", fem.Material, E=210e9, nu=0.3, rho=7850.0, name="steel")
 call(
@@ -157,6 +158,14 @@ box = cache(lambda: fem.box_mesh((1.0, 1.0, 1.0), (1, 1, 1)))
 on("kanefe_fem.Mesh.with_groups", box, places={"a": kf.OnPlane((0, 0, 0), (1, 0, 0))})
 on("kanefe_fem.Mesh.with_order", box, order=2)
 call("kanefe_fem.read_mesh", fem.read_mesh, path=ROOT / "meshes" / "arm.msh", order=None, names=None, cells=None)
+STEP = cache(lambda: write_step(FILES / "hinge.step", hinge, names=("fork", "arm", "pin")))
+DENSITY = {"materials": {"*": 1e3}, "flexible": (), "order": 2, "overlaps": False}
+CALLS["kanefe_fem.read_step"] = Call(lambda: (fem.read_step, {"path": STEP(), **DENSITY}))
+hinged = cache(lambda: fem.read_step(STEP(), **DENSITY))
+SCENE = {"ground": "fork", "joints": ["pin in fork"]}
+on("kanefe_fem.Assembly.scene", hinged, **SCENE, without=["arm"], gravity=(0, 0, -9.81), reduction=None, damping=None)
+on("kanefe_fem.Assembly.unreached", hinged, **SCENE)
+on("kanefe_fem.ProposedJoint.joint", lambda: hinged().joints["pin in fork"], kind="revolute")
 call("kanefe_fem.rosette_principal", fem.rosette_principal, strains=np.zeros((2, 3)), angles=(0.0, 0.8, 1.6))
 call("kanefe_fem.recover", fem.recover, result=result(), name="beam", times=None, frames=None, material=None)
 SOLID = {

@@ -54,6 +54,10 @@ call(
     vertices=[(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
     triangles=[(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)],
 )
+TETRAHEDRON = [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)]
+LOOK = {"vertices": [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], "triangles": TETRAHEDRON}
+call("kanefe.shapes.Look", S.Look, **LOOK)
+call("kanefe.shapes.Look.weighed", S.Look(**LOOK).weighed, density=1.0)
 call("kanefe.shapes.Plane", S.Plane, normal="z")
 call("kanefe.shapes.Points", S.Points, points=[(0, 0, 0), (1, 0, 0)], radius=0.0, share=0.5)
 call("kanefe.shapes.Sphere", S.Sphere, radius=0.1, inside=False)
@@ -61,6 +65,7 @@ call("kanefe.shapes.Torus", S.Torus, radius=0.5, tube=0.1, axis="y")
 for shape in (S.Box((1, 1, 1)), S.Capsule(0.1, 1.0), S.Cylinder(0.1, 1.0), S.Torus(0.5, 0.1)):
     call(f"kanefe.shapes.{type(shape).__name__}.sampled", shape.sampled, spacing=0.2)
 files("kanefe.shapes.Mesh.from_stl", S.Mesh.from_stl, path="solid.stl", scale=1.0)
+files("kanefe.shapes.Look.from_file", S.Look.from_file, path="solid.stl", scale=1.0)
 files("kanefe.shapes.Convex.from_stl", S.Convex.from_stl, path="solid.stl", scale=1.0)
 G = kf.System().ground
 ENDS = (G, G.frame((1, 0, 0)))

@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-import numpy as np
-
+from kanefe.arguments import checked
 from kanefe.errors import ModelError, did_you_mean
 from kanefe.joints.base import Joint
 from kanefe.joints.fixed import Fixed
 from kanefe.system import System
 from kanefe_fem.assemblies.parts import Part
 from kanefe_fem.assemblies.proposals import ProposedJoint
-
-Taken = Mapping[str, str | Joint | None] | Sequence[str]
-"""Names of proposed joints; or these with the kind, or the joint, to take instead of what is proposed."""
 
 
 class Overlap(NamedTuple):
@@ -62,10 +58,11 @@ class Assembly:
             lines.append(f"{name}: no plane or cylinder of it meets a part; {nearest} is at most {distance:.3g} m away")
         return "\n".join(lines)
 
+    @checked
     def scene(
         self,
         ground: str,
-        joints: Taken,
+        joints: Mapping[str, str | Joint | None] | Sequence[str],
         *,
         without: Sequence[str] = (),
         gravity: Sequence[float] = (0.0, 0.0, -9.81),
@@ -113,7 +110,8 @@ class Assembly:
             )
         return builder.scene
 
-    def unreached(self, ground: str, joints: Taken) -> list[str]:
+    @checked
+    def unreached(self, ground: str, joints: Mapping[str, str | Joint | None] | Sequence[str]) -> list[str]:
         """Return the parts that the joints that are taken do not reach from the part that stands still."""
         self._check(ground, dict.fromkeys(joints), ())
         reached, before = {ground}, 0
@@ -139,9 +137,3 @@ class Assembly:
                 )
             if not isinstance(kind, Joint):
                 self.joints[name].joint(kind)
-
-    def moved(self, part: Part, origin: np.ndarray) -> Any:
-        """Return the mesh of a flexible part with its origin at a point, m."""
-        if part.mesh is None:
-            raise ModelError(f"part {part.name!r} is rigid and has no mesh. Remedy: flexible=[{part.name!r}]")
-        return replace(part.mesh, nodes=np.asarray(part.mesh.nodes) - origin)

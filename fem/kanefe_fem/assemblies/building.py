@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -81,7 +82,9 @@ class Builder:
         if held_by is None:
             raise ModelError(f"{part.name!r} is flexible and stands still. Remedy: ground= a rigid part")
         kinds = {one.name: "rigid" for one in every if part.name in one.parts} | {held_by.name: "clamped"}
-        mesh = self.assembly.moved(part, held_by.point)
+        if part.mesh is None:
+            raise ModelError(f"part {part.name!r} is rigid and has no mesh. Remedy: flexible=[{part.name!r}]")
+        mesh = replace(part.mesh, nodes=np.asarray(part.mesh.nodes) - held_by.point)
         body = solid_body(mesh, part.material, kinds, self.reduction, self.damping)  # type: ignore[arg-type]
         self.flexible[part.name] = body
         return self.scene.add_flexible_body(part.name, body, joint=joint, **where)

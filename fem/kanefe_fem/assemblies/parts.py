@@ -19,6 +19,10 @@ MaterialOrDensity: TypeAlias = Material | float
 """A material, or the density of a rigid part in kg/m3."""
 
 
+MOST_DENSITY = 1e6
+"""Largest density of a part, kg/m3: no matter on earth has a tenth of it."""
+
+
 @dataclass(frozen=True, eq=False)
 class Part:
     """A part of an assembly, in the axes of its file.
@@ -115,8 +119,10 @@ def materials_of(
                 f"{path.name}: materials[{name!r}] is {material!r}. Remedy: a Material, or a density in kg/m3 for "
                 "parts that stay rigid"
             )
-        if isinstance(material, float | int) and not 0.0 < material < np.inf:
-            raise ModelError(f"{path.name}: the density of {name!r} is {material!r}. Remedy: kg/m3, > 0")
+        if isinstance(material, float | int) and not 0.0 < material <= MOST_DENSITY:
+            raise ModelError(
+                f"{path.name}: the density of {name!r} is {material!r}. Remedy: kg/m3, > 0 and at most {MOST_DENSITY:g}"
+            )
         those = by_name(known, name)
         if not those and name != REST:
             raise ModelError(

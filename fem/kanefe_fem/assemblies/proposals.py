@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.joints.base import Joint
 from kanefe.joints.cylindrical import Cylindrical
@@ -59,6 +60,7 @@ class ProposedJoint:
     reason: str
     faces: dict[str, tuple[int, ...]] = field(default_factory=dict, repr=False)
 
+    @checked
     def joint(self, kind: str | None = None) -> Joint:
         """Return the joint about its axis, of another kind if one is given.
 

@@ -37,10 +37,10 @@ OVERLAP = 1e-6
 """Volume that two parts share, relative to the smaller, above which they overlap."""
 
 
-@checked("order", "flexible", "overlaps", "size", "per_turn", "unit", "most_seconds", "faces")
+@checked("path", "order", "flexible", "overlaps", "size", "per_turn", "unit", "most_seconds", "faces")
 def read_step(
     path: str | Path,
-    materials: MaterialOrDensity | Mapping[str, MaterialOrDensity] | None = None,
+    materials: Material | float | Mapping[str, Material | float] | None = None,
     flexible: str | Sequence[str] = (),
     *,
     order: int = 2,
