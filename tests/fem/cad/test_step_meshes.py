@@ -260,6 +260,22 @@ def test_a_mesher_that_ends_the_program_is_followed_by_the_slower_one(step, tmp_
     assert read_mesh(step, size=0.02).cell_count > 0
 
 
+def test_a_mesher_that_gives_up_in_silence_is_followed_by_the_slower_one(step, tmp_path, monkeypatch):
+    monkeypatch.setattr(geometry, "WORKER", "silent_worker")
+    (tmp_path / "silent_worker.py").write_text(
+        "from kanefe_fem.cad.worker import mesh as whole, opened, read\n"
+        "def mesh(state, job, told):\n"
+        "    generate = state.gmsh.model.mesh.generate\n"
+        "    silent = lambda dimension: None if dimension == 3 and job.method == 10 else generate(dimension)\n"
+        "    state.gmsh.model.mesh.generate = staticmethod(silent)\n"
+        "    return whole(state, job, told)\n"
+    )
+    monkeypatch.syspath_prepend(str(tmp_path))
+    mesh = read_mesh(step, size=0.02)
+    assert mesh.dimension == 3
+    assert sum(volumes_of(mesh).values()) == pytest.approx(VOLUME * 1e-9, rel=0.05)  # a hole of straight sides
+
+
 def test_a_process_that_crashes_is_an_error(step, monkeypatch):
     monkeypatch.setattr(geometry, "WORKER", "crashing_worker")
     (step.parent / "crashing_worker.py").write_text(
