@@ -11,6 +11,7 @@ from kanefe.errors import ModelError, did_you_mean
 from kanefe.joints.base import Joint
 from kanefe.joints.fixed import Fixed
 from kanefe.system import System
+from kanefe_fem.assemblies.building import Builder
 from kanefe_fem.assemblies.parts import Part
 from kanefe_fem.assemblies.proposals import ProposedJoint
 
@@ -90,12 +91,10 @@ class Assembly:
         ModelError
             If a name is not known, or a part is left that no joint reaches.
         """
-        from kanefe_fem.assemblies.building import Builder
-
         taken = dict.fromkeys(joints) if not isinstance(joints, Mapping) else dict(joints)
         self._check(ground, taken, without)
         left = {name: self.joints[name] for name in taken if not set(without) & set(self.joints[name].parts)}
-        builder = Builder(self, System(gravity=gravity), taken, reduction, damping)
+        builder = Builder(self.parts, System(gravity=gravity), taken, reduction, damping)
         builder.add(ground, None, Fixed(), tuple(left.values()))
         while new := next((one for one in left.values() if len(builder.bodies.keys() & set(one.parts)) == 1), None):
             builder.follow(left.pop(new.name), tuple(self.joints[name] for name in taken))

@@ -20,7 +20,6 @@ from kanefe_fem.solids.body import solid_body
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
-    from kanefe_fem.assemblies.assembly import Assembly
 
 MODES = 6
 """Number of modes of a flexible part, where nothing is given."""
@@ -40,13 +39,13 @@ class Builder:
 
     def __init__(
         self,
-        assembly: Assembly,
+        parts: Mapping[str, Part],
         scene: System,
         taken: Mapping[str, str | Joint | None],
         reduction: Any,
         damping: Any,
     ) -> None:
-        self.assembly, self.scene, self.taken = assembly, scene, taken
+        self.parts, self.scene, self.taken = parts, scene, taken
         self.reduction = CraigBampton(modes=MODES) if reduction is None else reduction
         self.damping = damping
         self.bodies: dict[str, Any] = {}
@@ -63,7 +62,7 @@ class Builder:
         self, name: str, held_by: ProposedJoint | None, joint: Joint, every: Sequence[ProposedJoint], **where: Any
     ) -> None:
         """Add a part, whose frame is at its joint."""
-        part = self.assembly.parts[name]
+        part = self.parts[name]
         origin = part.center if held_by is None else held_by.point
         self.origins[name] = origin
         where = {"at": tuple(origin.tolist())} | where
@@ -92,7 +91,7 @@ class Builder:
     def _place(self, name: str, proposed: ProposedJoint) -> tuple[Any, tuple[float, ...]]:
         """Return the frame of a part that carries a joint, and where the joint is in it, m."""
         body, origin = self.bodies[name], self.origins[name]
-        if self.assembly.parts[name].mesh is None:
+        if self.parts[name].mesh is None:
             return body, tuple((proposed.point - origin).tolist())
         interface = body.interface(proposed.name)
         position = self.flexible[name].interface(proposed.name).position
