@@ -15,25 +15,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.constraints.constraint_rows import (
-    COUPLER_ROW,
-    DIRECTION_ROW,
-    DISTANCE_ROW,
-    POINT_ROW,
-    ROLLING_ROW,
-    SCREW_ROW,
-    RowNumbers,
-    row_residual,
-    row_terms,
-)
+from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, EndMotion, RowKind, exert, residual
 from kanefe.kernels.constraints.tolerances import HALF_ON
-from kanefe.kernels.force_elements.blocks import flat
+from kanefe.kernels.values import tensors
 
 METRE, RADIAN = "m", "rad"
 
@@ -65,6 +55,10 @@ Wrenches = tuple[Vector, Vector, Vector, Vector]
 """Force and moment on a, then force and moment on b."""
 
 
+def _motion(end: MarkerMotion) -> EndMotion:
+    return EndMotion(tensors.Vector(*end.p), tensors.Matrix(*end.A.flat), *(tensors.Vector(*part) for part in end[2:]))
+
+
 class _OfMarkers:
     """Common part of the rows between two markers, by the functions of `kanefe.kernels.constraints.constraint_rows`."""
 
@@ -84,22 +78,29 @@ class _OfMarkers:
         """Whether it is holonomic: it constrains coordinates, and not only speeds."""
         return True
 
+    def fill(self, row: ConstraintRow) -> ConstraintRow:
+        """Write kind and numbers to a row of a table, which is returned."""
+        row.kind, row.is_ball = self.kind, self.is_ball
+        for name in [n for n in ("e", "f", "side", "cosine", "length", "lead", "radius") if hasattr(self, n)]:
+            value = getattr(self, name)
+            setattr(row, name, tensors.Vector(*value) if isinstance(value, np.ndarray) else value)
+        return row
+
     @cached_property
-    def numbers(self) -> Vector:
-        """Its `RowNumbers` as an array."""
-        return flat(RowNumbers(**{name: getattr(self, name) for name in RowNumbers._fields if hasattr(self, name)}))
+    def _row(self) -> ConstraintRow:
+        count = ConstraintRow.integer_count
+        return self.fill(ConstraintRow(np.zeros(count, dtype=np.int64), np.zeros(ConstraintRow.number_count)))
 
     def residual(self, a: MarkerMotion, b: MarkerMotion) -> float:
         """Return g in the unit of the row, if it is holonomic."""
-        places: Any = ((tuple(end.p.tolist()), tuple(end.A.ravel().tolist())) for end in (a, b))
-        return float(row_residual(self.kind, self.numbers[None], 0, self.is_ball, *places))
+        return float(residual(self._row, _motion(a), _motion(b)))
 
     def terms(self, a: MarkerMotion, b: MarkerMotion) -> tuple[Wrenches, float]:
         """Return the wrenches of a unit multiplier, and the part of d2g/dt2 without du (m/s2, 1/s2)."""
-        motions: Any = [tuple(tuple(part.ravel().tolist()) for part in end) for end in (a, b)]
-        *wrenches, remainder = row_terms(self.kind, self.numbers[None], 0, self.is_ball, *motions)
-        force_a, moment_a, force_b, moment_b = (np.array(part) for part in wrenches)
-        return (force_a, moment_a, force_b, moment_b), float(remainder)
+        action = Action(np.zeros(Action.number_count))
+        exert(self._row, _motion(a), _motion(b), action)
+        force, moment_a, moment_b = (np.array(one.numbers) for one in (action.force, action.moment_a, action.moment_b))
+        return (-force, moment_a, force, moment_b), float(action.remainder)
 
     def wrenches(self, a: MarkerMotion, b: MarkerMotion) -> Wrenches:
         """Return the wrenches of a unit multiplier."""
@@ -123,7 +124,7 @@ class PointRow(_OfMarkers):
         Normal of the plane in a's axes.
     """
 
-    kind: ClassVar[int] = POINT_ROW
+    kind: ClassVar[int] = RowKind.POINT
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
@@ -145,7 +146,7 @@ class DirectionRow(_OfMarkers):
         Cosine of the angle between them.
     """
 
-    kind: ClassVar[int] = DIRECTION_ROW
+    kind: ClassVar[int] = RowKind.DIRECTION
     unit: ClassVar[str] = RADIAN
     label: str
     a: Marker
@@ -167,7 +168,7 @@ class DistanceRow(_OfMarkers):
         m, above zero.
     """
 
-    kind: ClassVar[int] = DISTANCE_ROW
+    kind: ClassVar[int] = RowKind.DISTANCE
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
@@ -194,7 +195,7 @@ class ScrewRow(_OfMarkers):
         Advance in a full turn, m, not zero.
     """
 
-    kind: ClassVar[int] = SCREW_ROW
+    kind: ClassVar[int] = RowKind.SCREW
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
@@ -228,7 +229,7 @@ class RollingRow(_OfMarkers):
         Whether it is a ball, in contact below its centre; else a thin wheel, in contact at the lowest point of its rim.
     """
 
-    kind: ClassVar[int] = ROLLING_ROW
+    kind: ClassVar[int] = RowKind.ROLLING
     unit: ClassVar[str] = METRE
     label: str
     a: Marker
@@ -269,12 +270,11 @@ class CouplerRow:
     presses: ClassVar[bool] = False
     markers: ClassVar[tuple[Marker, ...]] = ()
     holds_place: ClassVar[bool] = True
-    kind: ClassVar[int] = COUPLER_ROW
+    kind: ClassVar[int] = RowKind.COUPLER
 
-    @property
-    def numbers(self) -> Vector:
-        """Its `RowNumbers` as an array."""
-        return flat(RowNumbers(constant=self.constant))
+    def fill(self, row: ConstraintRow) -> None:
+        """Write kind and numbers to a row of a table."""
+        row.kind, row.constant = self.kind, self.constant
 
 
 MarkerRow = PointRow | DirectionRow | DistanceRow | ScrewRow | RollingRow

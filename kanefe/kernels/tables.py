@@ -190,38 +190,26 @@ class RowPaths(NamedTuple):
 
     Attributes
     ----------
-    first : ndarray of int, shape (m + 1,)
-        First visit of each row of constraints.
-    common : ndarray of int, shape (m,)
-        First of its visits to what carries both its ends.
-    visits : ndarray of int, shape (visits, VISIT_INTEGERS)
-        Children before parents.
+    visits, meetings, guests : ndarray of int
+        Records of `kanefe.kernels.constraints.row_paths`; the visits of each row of constraints go from children to
+        parents.
     order, place : ndarray of int, shape (m,)
         The row of constraints that is eliminated at each place, and the place of each.
     places, meetings_at : ndarray of int, shape (rows of the scene + 2,)
         First place, and first meeting, of what is eliminated at each row of the scene, from N on.
-    meetings : ndarray of int, shape (meetings + 1, MEETING_INTEGERS)
-        Where rows of constraints meet.
-    guests : ndarray of int, shape (guests, 2)
-        In the order of elimination.
     ends, blocks : ndarray of int, shapes (m + 1,), (m,)
         The envelope: see `kanefe.kernels.algebra.envelope`.
-    sizes : ndarray of int, shape (1,)
-        How many numbers all visits have.
     """
 
-    first: Integers
-    common: Integers
     visits: IntegerRows
+    meetings: IntegerRows
+    guests: IntegerRows
     order: Integers
     place: Integers
     places: Integers
     meetings_at: Integers
-    meetings: IntegerRows
-    guests: IntegerRows
     ends: Integers
     blocks: Integers
-    sizes: Integers
 
 
 @in_place
@@ -230,38 +218,31 @@ class Loops(NamedTuple):
 
     Attributes
     ----------
-    rows : ndarray of int, shape (m, CONSTRAINT_INTEGERS)
-        Kind, rows of both markers (-1: N), is a ball, first term and number of terms of a coupler, whether it holds
-        coordinates and not speeds alone, whether its residual is an angle, its switch among the internal states (-1:
-        it always holds), whether it is of the same constraint as the row before, between the same markers.
-    markers : ndarray, shape (2 m, MARKER_NUMBERS)
-    numbers : ndarray, shape (m, ROW_NUMBERS)
-        See `kanefe.kernels.constraints.constraint_rows.RowNumbers`.
-    speeds : ndarray of int
-        Speed of each term of couplers.
-    coefficients : ndarray
-    coordinates : ndarray of int
-        Coordinate of each term of couplers; -1 - drive if it is driven.
+    rows, numbers : ndarray
+        Of `kanefe.kernels.constraints.constraint_rows.ConstraintRow`, m of them.
+    terms, coefficients : ndarray
+        Of `Term` there, coordinates of couplers.
     extents : ndarray, shape (free,)
         A large displacement along each free speed: rad, m, or modal units.
     moves : ndarray, shape (free,)
         Largest step of an iteration that closes the loops, along each free speed.
     limits : ndarray, shape (2,)
-        Pivot, of a row of unit length, below which it depends on others; a length of the scene, m.
+        `kanefe.kernels.constraints.loop_tables.Limits`.
     points : RigidPoints
         Of rigid contacts, three rows each behind those of constraints: along the normal, and in both directions along
         the surface.
     paths : RowPaths
+    sizes : ndarray of int
+        Of the memory of loops: `kanefe.kernels.constraints.loop_tables.RowWork`.
     """
 
     rows: IntegerRows
-    markers: RealRows
     numbers: RealRows
-    speeds: Integers
-    coefficients: Reals
-    coordinates: Integers
+    terms: IntegerRows
+    coefficients: RealRows
     extents: Reals
     moves: Reals
     limits: Reals
     points: RigidPoints
     paths: RowPaths
+    sizes: Integers

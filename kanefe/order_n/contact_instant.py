@@ -14,8 +14,7 @@ from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.rigid_contacts.contact_forces import ContactMargins
 from kanefe.kane.rigid_contacts.instant import Key
-from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
-from kanefe.kernels.constraints.loop_tables import KIND_OF, RANK_TOLERANCE, UnitResponses, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, head_of, unit_responses_in
 from kanefe.kernels.contact.rigid_points import CONTACT, MET, ON_SURFACE, STATUS
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.layout import R
@@ -92,7 +91,7 @@ class OrderNInstant:
 
     def _kept(self) -> UnitResponses:
         look = self._look
-        return UnitResponses(*unit_responses_in(look.workspace.holding, self._route.loops, look.looked.speeds))
+        return unit_responses_in(look.workspace.holding, self._route.loops)
 
     @property
     def is_regular(self) -> bool:
@@ -105,13 +104,14 @@ class OrderNInstant:
             return None
         route, kept = self._route, self._kept()
         loops, n = route.loops, route.model.free_count
-        is_contact, moves = loops.rows[:, KIND_OF] == CONTACT_ROW, kept.scale != 0.0
+        is_contact, moves = np.arange(len(loops.rows)) >= head_of(loops, 0), kept.scale != 0.0
         A = np.where(np.outer(moves, moves), np.tril(kept.A) + np.tril(kept.A, -1).T, 0.0)
         X, rest, c = np.where(moves[:, None], kept.unit_responses[:, :n], 0.0), kept.rest, is_contact
         G, b, responses = A[np.ix_(c, c)], -rest[c], X[c]
         if held := np.flatnonzero(~is_contact & moves).tolist():
             scale, across = kept.scale[held], A[np.ix_(held, c)]
-            inverse = np.linalg.pinv(A[np.ix_(held, held)] * np.outer(scale, scale), loops.limits[RANK_TOLERANCE], True)
+            tolerance = Limits(loops.limits).rank_tolerance
+            inverse = np.linalg.pinv(A[np.ix_(held, held)] * np.outer(scale, scale), tolerance, True)
             inverse *= np.outer(scale, scale)
             G = G - across.T @ inverse @ across
             b = b + across.T @ (inverse @ rest[held])
@@ -120,7 +120,7 @@ class OrderNInstant:
         for p, row in enumerate(points.places[:, ON_SURFACE].tolist()):
             own = points.markers[2 * p, MARKER_AXES : MARKER_AXES + 9].reshape(3, 3)
             axes.append(own if row < 0 else work[row, R : R + 9].reshape(3, 3) @ own)
-        met, J = kept.exerted.met.copy(), kept.J[c].copy()
+        met, J = kept.met.copy(), kept.J[c].copy()
         return _Answers(met, J, G, b, responses.copy(), axes, self._look.drives.copy())
 
     @property
@@ -190,7 +190,7 @@ class OrderNInstant:
     def _margins(self) -> ContactMargins:
         self._evaluate(None)
         forces = self._look.workspace.multipliers.copy()
-        forces = forces[self._route.loops.rows[:, KIND_OF] == CONTACT_ROW].reshape(-1, 3)
+        forces = forces[head_of(self._route.loops, 0) :].reshape(-1, 3)
         model, found = self._route.model, ContactMargins({}, {}, {}, {})
         z = self._route.parts(self._y)[2]
         for number, first in self._first.items():

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.frames import Matrix
 from kanefe.kernels.compiler.arrays import NOT_CALLED
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.constraints.contact_margins import (
@@ -15,6 +14,7 @@ from kanefe.kernels.constraints.contact_margins import (
     NORMAL,
     SLIP_MARGIN,
     Looked,
+    Watched,
     watch_contacts,
 )
 from kanefe.kernels.evaluation.evaluation import AT_TIME
@@ -75,33 +75,17 @@ class SingleLook(ContactLook):
     def __init__(self, route: Evaluated) -> None:
         super().__init__(route)
         self.times, self.states = np.zeros(1), np.zeros((1, self.vectors.shape[1]))
-        arrays = (
-            self.looked,
-            NOT_CALLED,
-            self.times,
-            self.drives[None],
-            self.inputs[None],
-            self.states,
-            np.empty((1, MARGINS)),
-        )
-        self.watch = watching_contacts(route).prepared(*arrays)
+        watched = Watched(self.times, self.drives[None], self.inputs[None], self.states, found=np.empty((1, MARGINS)))
+        self.watch = watching_contacts(route).prepared(self.looked, NOT_CALLED, watched)
 
 
 def watching_contacts(route: Evaluated) -> Bound:
     """Return the kernel that writes margins, of a scene."""
-    return watch_contacts.bound(LATER, LATER, route.loops, route.tables.gravity, *(LATER,) * 5)
+    return watch_contacts.bound(LATER, LATER, route.scene, LATER)
 
 
-def watching_call(
-    route: Evaluated,
-    loads: Call | None,
-    times: np.ndarray,
-    drives: np.ndarray,
-    inputs: np.ndarray,
-    states: Matrix,
-    found: Matrix,
-) -> Call:
+def watching_call(route: Evaluated, loads: Call | None, watched: Watched) -> Call:
     """Return the call that writes the values of loads, by a call of their own, and then those of rigid contacts."""
     look = ContactLook(route)
     of_loads = NOT_CALLED if loads is None else loads.for_kernels()
-    return watching_contacts(route).prepared(look.looked, of_loads, times, drives, inputs, states, found)
+    return watching_contacts(route).prepared(look.looked, of_loads, watched)

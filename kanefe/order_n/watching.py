@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.frames import Matrix
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
-from kanefe.kernels.constraints.contact_margins import MARGINS
+from kanefe.kernels.constraints.contact_margins import MARGINS, Watched
 from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.evaluation.evaluation import scene_of
 from kanefe.kernels.loads.watching import NEAR, path_size, watch_states
@@ -87,12 +87,12 @@ class Watching:
         route = self._route
         found, near = np.empty((len(times), self._width)), np.zeros(len(self.rows))
         if self.contact_columns and not self.columns:
-            return watching_call(route, None, times, drives, inputs, states, found), found, near
+            return watching_call(route, None, Watched(times, drives, inputs, states, found)), found, near
         memory = np.empty(memory_size(self._scene) + path_size(self._scene.between))
         of_loads = self._bound.prepared(times, drives, inputs, states, found, memory, change, only, near)
         if not self.contact_columns:
             return of_loads, found, near
-        return watching_call(route, of_loads, times, drives, inputs, states, found), found, near
+        return watching_call(route, of_loads, Watched(times, drives, inputs, states, found)), found, near
 
     @cached_property
     def _bound(self) -> Bound:

@@ -15,7 +15,8 @@ from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.loop_closure import openings, project_positions
 from kanefe.kane.state import State
 from kanefe.kernels.constraints.closing import CLOSED, closing_memory_size
-from kanefe.kernels.constraints.row_paths import FIRST_GUEST
+from kanefe.kernels.constraints.loop_tables import RowWork
+from kanefe.kernels.constraints.row_paths import Meetings
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.order_n.route import OrderN
 from kanefe.tree.model_data import QUADRATURES
@@ -33,10 +34,10 @@ def route_of(model: Model) -> OrderN:
 def work_of(model: Model) -> dict[str, int]:
     """Return what an evaluation does for loops: visits, meetings and products there, and entries of the envelope."""
     paths = route_of(model).loops.paths
-    guests = np.diff(paths.meetings[:, FIRST_GUEST])
+    guests = np.diff([meeting.first_guest for meeting in Meetings(paths.meetings)])
     return {
         "visits": len(paths.visits),
-        "numbers": int(paths.sizes[0]),
+        "numbers": RowWork(route_of(model).loops.sizes, np.zeros(0)).visit_numbers,
         "meetings": len(guests),
         "products": int((guests**2).sum()),
         "entries": int(paths.ends[-1]),

@@ -266,11 +266,14 @@ def _set(context: Any, builder: Any, sig: Any, arguments: Any, name: str) -> Non
         whole = arguments[1] if field.kind is not bool else builder.zext(arguments[1], INTEGER)
         builder.store(whole, seen.address(INTEGERS, field.integer_at))
         return
-    if field.kind is not float and field.kind not in KINDS:
+    memory, at = NUMBERS, field.number_at
+    if isinstance(field.kind, One):
+        memory, at = field.kind.pool, field.kind.place(seen.whole).value
+    elif field.kind is not float and field.kind not in KINDS:
         raise TypingError(f"{kind.record.__name__}.{name} has parts: write these")
-    found, scalar = symbol(builder, given, arguments[1]), kind.scalar(NUMBERS)
+    found, scalar, start = symbol(builder, given, arguments[1]), kind.scalar(memory), seen.address(memory, at)
     for i, number in enumerate(found if isinstance(found, Value) else [found]):
-        _store(builder, scalar, seen.address(NUMBERS, field.number_at + i), number)
+        _store(builder, scalar, behind(builder, start, i), number)
 
 
 def _structure(context: Any, builder: Any, kind: Any, parts: list[Any]) -> Any:

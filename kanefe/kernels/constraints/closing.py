@@ -8,37 +8,30 @@ close fast, so that what a step of an integrator leaves open costs one eliminati
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.constraints.holding import Held
-from kanefe.kernels.constraints.loop_factors import factors_size, loop_factors_in
-from kanefe.kernels.constraints.loop_tables import HOLDS_PLACE, RowWrenches, holds, wrenches_in, wrenches_size
+from kanefe.kernels.constraints.loop_tables import Held, LoopFactors, RowWork, holds, rows_of
 from kanefe.kernels.constraints.openings import openings, rate_of_row, size_of_rate
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
-from kanefe.kernels.constraints.tree_sweeps import (
-    sweep_accelerations,
-    sweep_forces_inward,
-    sweep_inward,
-)
-from kanefe.kernels.layout import COORDINATES, SPEEDS
+from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward, sweep_inward
 from kanefe.kernels.scene import Scene, State, Work, memory_size, state_in, work_in
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.implicit import Pushes, stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.sweeps.unit_mass import scale_beams
-from kanefe.kernels.tables import Loops, Tables
+from kanefe.kernels.values.records import Array
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
-"""Return values of `close`. The literal route may be able to close open loops, and names those that cannot be closed;
-the same holds for a tree in which something has no inertia of its own."""
+"""Return values of `close_state`. The literal route may be able to close open loops, and names those that cannot be
+closed; the same holds for a tree in which something has no inertia of its own."""
 
 SLOW = 0.1
 """Fraction of the gaps left by a step above which the inertias are eliminated again."""
@@ -55,172 +48,72 @@ NEAR, FAR = 1e-10, 1e-6
 solution with the inertias of the start, up to the second after two; beyond, they are eliminated again."""
 
 
-class Closing(NamedTuple):
-    """Workspace of `close`.
+class Closing(LoopFactors):
+    """Workspace of `close_state`: what holds the loops at the place of the factors, and what is done with it.
 
     Attributes
     ----------
-    residuals, trial_residuals : ndarray, shape (m,)
-    step, speeds : ndarray, shape (free,)
+    residuals, tried_residuals : ndarray, shape (m,)
+    step, reached : ndarray, shape (free,)
+        Of Newton's iteration, and the speeds that it has reached.
     place, trial : ndarray, shape (coordinates,)
         Coordinates reached, and those tried.
-    exerted : RowWrenches
-        At these, while those of the factors are kept.
+    tried : ndarray, shape (exerted,)
+        `RowWork` at these.
     """
 
-    residuals: np.ndarray
-    trial_residuals: np.ndarray
-    step: np.ndarray
-    speeds: np.ndarray
-    place: np.ndarray
-    trial: np.ndarray
-    exerted: RowWrenches
+    residuals: Annotated[np.ndarray, Array("m")]
+    tried_residuals: Annotated[np.ndarray, Array("m")]
+    step: Annotated[np.ndarray, Array("free")]
+    reached: Annotated[np.ndarray, Array("free")]
+    place: Annotated[np.ndarray, Array("coordinates")]
+    trial: Annotated[np.ndarray, Array("coordinates")]
+    tried: Annotated[np.ndarray, Array("exerted")]
 
 
-@kernel
-def close_size(tables: Tables, loops: Loops) -> int:
-    """Return how many numbers the workspace of `close` has."""
-    m = len(loops.rows)
-    size = factors_size(loops) + 2 * m + 2 * (tables.sizes[SPEEDS] + tables.sizes[COORDINATES])
-    return size + wrenches_size(loops)
+class Mechanism(NamedTuple):
+    """What is closed, and what is written on the way.
 
-
-@inlined
-def _closing_in(workspace: np.ndarray, tables: Tables, loops: Loops) -> Closing:
-    m, count, coordinates = len(loops.rows), tables.sizes[SPEEDS], tables.sizes[COORDINATES]
-    rest = workspace[2 * m :]
-    places, exerted = rest[2 * count : 2 * (count + coordinates)], rest[2 * (count + coordinates) :]
-    return Closing(
-        workspace[:m],
-        workspace[m : 2 * m],
-        rest[:count],
-        rest[count : 2 * count],
-        places[:coordinates],
-        places[coordinates:],
-        wrenches_in(exerted, loops),
-    )
-
-
-@kernel
-def close(
-    scene: Scene, state: State, share_stiffness: float, work: Work, other: Work, workspace: np.ndarray
-) -> tuple[int, float]:
-    """Close the loops: change q and then u, both to the nearest; return how it ended and the weakest pivot.
-
-    Parameters
+    Attributes
     ----------
+    scene : Scene
     state : State
-        q and u are changed in place, unless what is returned is not CLOSED. The switches in z say which rows hold.
+        At the start; its internal states say which rows hold.
+    here, beside : Work
+        At the place of the factors, and at places tried or reached.
+    at : Closing
     share_stiffness : float
         Of the stiffness of modes and joints in the metric ``M + r K``, s2: stiff modes, which M alone would move, then
         stay where they are.
-    work, other : Work
-        At the place of the factors, and of outward sweeps elsewhere: what is in them is lost.
-    workspace : ndarray, shape (`close_size`,)
     """
-    loops, tables, flexible, drives, u, z = (
-        scene.loops,
-        scene.tables,
-        scene.flexible,
-        state.drives,
-        state.u,
-        state.z,
-    )
-    m, count, rows = len(loops.rows), len(u), work.frames.numbers
-    kept = loop_factors_in(workspace, loops)
-    at = _closing_in(workspace[factors_size(loops) :], tables, loops)
-    copy(state.q, at.place)
-    here = State(state.t, at.place, u, z, drives, state.inputs)
-    sweep_outward(scene, here, work, False)
-    worst, total = openings(loops, tables, drives, at.place, z, rows, kept.exerted.met, at.residuals)
-    start, weakest = worst, 1.0
-    # whether there are factors, and those of the place; whether both works have no more than a sweep there
-    is_factored = is_here = False
-    is_swept, is_tried = True, False
-    for _ in range(LARGEST_ITERATIONS):
-        if worst <= ROUND_OFF:
-            break
-        if not is_factored:
-            if not is_swept:
-                sweep_outward(scene, here, work, False)
-            # rows that depend on each other in closed loops seem not to, by the square of how far these are open
-            tolerance = min(UNKNOWN * worst * worst, LARGEST_UNKNOWN)
-            weakest = _eliminate(
-                scene, here, share_stiffness, work, Held(loops, kept, work.multipliers, z, True, tolerance), at.step
-            )
-            if weakest == 0.0:
-                return WITHOUT_INERTIA, 0.0
-            is_factored, is_here, is_swept = True, True, False
-        _move(scene, work, share_stiffness, Held(loops, kept, work.multipliers, z, False, 0.0), at.residuals, at.step)
-        shrink = 1.0
-        for i in range(count):
-            shrink = max(shrink, abs(at.step[i]) / loops.moves[i])
-        share = -1.0 / shrink
-        # what is closed but for round-off gets better by a whole step or not at all
-        tries = MOST_HALVINGS if is_here and worst > TOLERANCE else 1
-        is_better, is_tried = False, False
-        for _half in range(tries):
-            advance(tables, flexible, at.place, at.step, share, at.trial)
-            sweep_outward(scene, State(state.t, at.trial, u, z, drives, state.inputs), other, False)
-            opening, square = openings(
-                loops, tables, drives, at.trial, z, other.frames.numbers, at.exerted.met, at.trial_residuals
-            )
-            if square < total:
-                is_better = True
-                break
-            share *= 0.5
-        if is_better:
-            is_factored = opening <= TOLERANCE or square <= SLOW * SLOW * total
-            worst, total, is_here, is_tried = opening, square, False, True
-            copy(at.trial, at.place)
-            copy(at.trial_residuals, at.residuals)
-        elif is_here or worst <= TOLERANCE:
-            break
-        else:
-            is_factored = False
-    if not worst <= LARGEST_OPENING:
-        return LEFT_OPEN, weakest
-    if is_swept and not is_tried and _has_closed_speeds(loops, tables, drives, u, z, rows, at):
-        return CLOSED, weakest
-    holds_speeds = loops.rows[:, HOLDS_PLACE].sum() < m
-    if not is_factored or holds_speeds or (start > FAR * weakest and not is_here):
-        if not is_swept:
-            sweep_outward(scene, here, work, False)
-        weakest = _eliminate(
-            scene, here, share_stiffness, work, Held(loops, kept, work.multipliers, z, False, 0.0), at.step
-        )
-        if weakest == 0.0:
-            return WITHOUT_INERTIA, 0.0
-        is_here = True
-    copy(u, at.speeds)
-    for again in range(1 if is_here or start <= NEAR * weakest else 2):
-        if again > 0 or not is_tried:
-            sweep_outward(scene, State(state.t, at.place, at.speeds, z, drives, state.inputs), other, False)
-        write_rows(loops, tables.gravity, drives, z, count, other.frames.numbers, at.exerted)
-        for j in range(m):
-            at.residuals[j] = 0.0
-            if holds(loops, j, z):
-                at.residuals[j] = rate_of_row(loops, j, drives, other.frames.numbers, at.exerted, at.speeds)
-        _move(scene, work, share_stiffness, Held(loops, kept, work.multipliers, z, False, 0.0), at.residuals, at.step)
-        for i in range(count):
-            at.speeds[i] -= at.step[i]
-    copy(at.place, state.q)
-    copy(at.speeds, u)
-    return CLOSED, weakest
+
+    scene: Scene
+    state: State
+    here: Work
+    beside: Work
+    at: Closing
+    share_stiffness: float
 
 
-@inlined
-def _has_closed_speeds(
-    loops: Loops, tables: Tables, drives: np.ndarray, u: np.ndarray, z: np.ndarray, work: np.ndarray, at: Closing
-) -> bool:
-    """Return whether what the speeds open, after a sweep with them, is round-off."""
-    write_rows(loops, tables.gravity, drives, z, len(u), work, at.exerted)
-    found = True
-    for j in range(len(loops.rows)):
-        if found and holds(loops, j, z):
-            rate = abs(rate_of_row(loops, j, drives, work, at.exerted, u))
-            found = rate <= ROUND_OFF * size_of_rate(loops, j, work, at.exerted)
-    return found
+class Progress(NamedTuple):
+    """How far Newton's iteration has come.
+
+    Attributes
+    ----------
+    worst, weakest : float
+        Largest opening, and weakest pivot.
+    is_factored, is_here : bool
+        Whether there are factors, and whether they are those of the place.
+    is_swept, is_tried : bool
+        Whether the works of the factors, and of what is tried, have no more than a sweep at the place.
+    """
+
+    worst: float
+    weakest: float
+    is_factored: bool
+    is_here: bool
+    is_swept: bool
+    is_tried: bool
 
 
 # Of a prepared call of `close_state`: its number, and what is returned
@@ -229,46 +122,175 @@ SHARE_IN_METRIC, ENDED_AS = range(2)
 
 @entry()
 def close_state(share_stiffness: float, scene: Scene, drives: RealRows, y: Reals, memory: Reals) -> tuple[int, float]:
-    """Close the loops of a state ``(q, u, z, ...)``; return how it ended and the weakest pivot: see `close`.
+    """Close the loops of a state ``(q, u, z, ...)``; return how it ended and the weakest pivot.
 
+    Changes q and then u, both to the nearest, unless it does not end as CLOSED. `share_stiffness`: see `Mechanism`;
     `memory` has as many numbers as `closing_memory_size` tells.
     """
-    state, work = state_in(scene.tables, 0.0, y, drives, memory), work_in(scene, memory)
-    other = work_in(scene, memory[work.size :])
-    return close(scene, state, share_stiffness, work, other, memory[2 * work.size :])
+    state, at = state_in(scene.tables, 0.0, y, drives, y), Closing(scene.loops.sizes, memory)
+    here = work_in(scene, memory[at.closing :])
+    beside = work_in(scene, memory[at.closing + here.size :])
+    return _close(Mechanism(scene, state, here, beside, at, share_stiffness))
 
 
 def closing_memory_size(scene: Scene) -> int:
     """Return how many numbers the memory of `close_state` has."""
-    return 2 * memory_size(scene) + int(close_size(scene.tables, scene.loops))
+    return RowWork(scene.loops.sizes, scene.loops.extents).closing + 2 * memory_size(scene)
 
 
 @kernel
-def _eliminate(scene: Scene, state: State, share_stiffness: float, work: Work, held: Held, none: np.ndarray) -> float:
+def _close(mechanism: Mechanism) -> tuple[int, float]:
+    state, at = mechanism.state, mechanism.at
+    copy(state.q, at.place)
+    _sweep(mechanism, mechanism.here, at.place, state.u)
+    start, total = openings(mechanism.scene, state, mechanism.here, RowWork(at), at.residuals)
+    progress = _close_places(mechanism, start, total)
+    if progress.weakest == 0.0:
+        return WITHOUT_INERTIA, 0.0
+    if not progress.worst <= LARGEST_OPENING:
+        return LEFT_OPEN, progress.weakest
+    if progress.is_swept and not progress.is_tried and _has_closed_speeds(mechanism):
+        return CLOSED, progress.weakest
+    weakest = _close_speeds(mechanism, progress, start)
+    if weakest == 0.0:
+        return WITHOUT_INERTIA, 0.0
+    copy(at.place, state.q)
+    copy(at.reached, state.u)
+    return CLOSED, weakest
+
+
+@kernel
+def _close_places(mechanism: Mechanism, worst: float, total: float) -> Progress:
+    """Close the loops by Newton's method from where they are open by `worst`, with `total` the sum of the squares."""
+    is_factored = is_here = is_tried = False
+    is_swept, weakest, at = True, 1.0, mechanism.at
+    for _ in range(LARGEST_ITERATIONS):
+        if worst <= ROUND_OFF:
+            break
+        if not is_factored:
+            if not is_swept:
+                _sweep(mechanism, mechanism.here, at.place, mechanism.state.u)
+            # rows that depend on each other in closed loops seem not to, by the square of how far these are open
+            weakest = _eliminate(mechanism, True, min(UNKNOWN * worst * worst, LARGEST_UNKNOWN))
+            if weakest == 0.0:
+                break
+            is_factored, is_here, is_swept = True, True, False
+        _move(mechanism)
+        # what is closed but for round-off gets better by a whole step or not at all
+        is_tried, opening, square = _try(mechanism, MOST_HALVINGS if is_here and worst > TOLERANCE else 1, total)
+        if is_tried:
+            is_factored = opening <= TOLERANCE or square <= SLOW * SLOW * total
+            worst, total, is_here = opening, square, False
+            copy(at.trial, at.place)
+            copy(at.tried_residuals, at.residuals)
+        elif is_here or worst <= TOLERANCE:
+            break
+        else:
+            is_factored = False
+    return Progress(worst, weakest, is_factored, is_here, is_swept, is_tried)
+
+
+@kernel
+def _try(mechanism: Mechanism, tries: int, total: float) -> tuple[bool, float, float]:
+    """Go a step that makes the openings less, halved if need be; return whether there is one, and openings there."""
+    scene, state, at, shrink, moves = mechanism.scene, mechanism.state, mechanism.at, 1.0, mechanism.scene.loops.moves
+    step, tried = at.step, RowWork(scene.loops.sizes, at.tried)
+    for i in range(len(step)):
+        shrink = max(shrink, abs(step[i]) / moves[i])
+    share = -1.0 / shrink
+    for _ in range(tries):
+        advance(scene.tables, scene.flexible, at.place, step, share, at.trial)
+        _sweep(mechanism, mechanism.beside, at.trial, state.u)
+        beside = State(0.0, at.trial, state.u, state.z, state.drives, state.inputs)
+        opening, square = openings(scene, beside, mechanism.beside, tried, at.tried_residuals)
+        if square < total:
+            return True, opening, square
+        share *= 0.5
+    return False, np.inf, np.inf
+
+
+@kernel
+def _close_speeds(mechanism: Mechanism, progress: Progress, start: float) -> float:
+    """Write the nearest speeds that keep the loops closed; return the weakest pivot, 0 where something has no inertia.
+
+    `start` is the largest opening at the start.
+    """
+    scene, state, at, rows = mechanism.scene, mechanism.state, mechanism.at, rows_of(mechanism.scene.loops)
+    weakest, is_here, holds_speeds = progress.weakest, progress.is_here, False
+    for j in range(len(rows)):
+        holds_speeds = holds_speeds or not rows[j].holds_place
+    if not progress.is_factored or holds_speeds or (start > FAR * weakest and not is_here):
+        if not progress.is_swept:
+            _sweep(mechanism, mechanism.here, at.place, state.u)
+        weakest = _eliminate(mechanism, False, 0.0)
+        if weakest == 0.0:
+            return 0.0
+        is_here = True
+    copy(state.u, at.reached)
+    residuals, reached, step, tried = at.residuals, at.reached, at.step, RowWork(scene.loops.sizes, at.tried)
+    moving = State(0.0, at.place, reached, state.z, state.drives, state.inputs)
+    for again in range(1 if is_here or start <= NEAR * weakest else 2):
+        if again > 0 or not progress.is_tried:
+            _sweep(mechanism, mechanism.beside, at.place, reached)
+        write_rows(scene, moving, mechanism.beside, tried)
+        for j in range(len(rows)):
+            residuals[j] = 0.0
+            if holds(rows[j], state.z):
+                residuals[j] = rate_of_row(scene, moving, mechanism.beside, tried, j)
+        _move(mechanism)
+        for i in range(len(step)):
+            reached[i] -= step[i]
+    return weakest
+
+
+@kernel
+def _has_closed_speeds(mechanism: Mechanism) -> bool:
+    """Return whether what the speeds open, after a sweep with them, is round-off."""
+    scene, state, here, kept = mechanism.scene, mechanism.state, mechanism.here, RowWork(mechanism.at)
+    rows, found = rows_of(scene.loops), True
+    write_rows(scene, state, here, kept)
+    for j in range(len(rows)):
+        if found and holds(rows[j], state.z):
+            rate = abs(rate_of_row(scene, state, here, kept, j))
+            found = rate <= ROUND_OFF * size_of_rate(rows[j], kept.actions[j], here.frames)
+    return found
+
+
+@kernel
+def _sweep(mechanism: Mechanism, work: Work, q: np.ndarray, u: np.ndarray) -> None:
+    """Sweep outward with some coordinates and speeds."""
+    state = mechanism.state
+    sweep_outward(mechanism.scene, State(0.0, q, u, state.z, state.drives, state.inputs), work, False)
+
+
+@kernel
+def _eliminate(mechanism: Mechanism, places_only: bool, tolerance: float) -> float:
     """Eliminate tree and loops after an outward sweep; return the weakest pivot, 0 where something has no inertia."""
-    is_implicit, kept = share_stiffness > 0.0, held.kept
-    write_rows(
-        scene.loops, scene.tables.gravity, state.drives, state.z, len(state.u), work.frames.numbers, kept.exerted
-    )
-    kept.rest[:] = 0.0
+    scene, state, work, at = mechanism.scene, mechanism.state, mechanism.here, mechanism.at
+    share, none = mechanism.share_stiffness, at.step
+    is_implicit = share > 0.0
+    write_rows(scene, state, work, RowWork(at))
+    at.rest[:] = 0.0
     set_inertia(scene, work)
     work.applied[:] = 0.0
     if is_implicit:
         none[:] = 0.0
-        pushes = Pushes(0.0, share_stiffness, none, none)
-        stiffen_joints(scene.tables, state, pushes, work.applied, work.added)
+        pushes = Pushes(0.0, share, none, none)
+        here = State(0.0, at.place, state.u, state.z, state.drives, state.inputs)
+        stiffen_joints(scene.tables, here, pushes, work.applied, work.added)
         stiffen_modes(scene, work, pushes)
     scale_beams(scene, work)
+    held = Held(LoopFactors(at), state.z, places_only, tolerance)
     is_regular, weakest = sweep_inward(scene, work, is_implicit, held)
     return weakest if is_regular else 0.0
 
 
 @kernel
-def _move(
-    scene: Scene, work: Work, share_stiffness: float, held: Held, residuals: np.ndarray, step: np.ndarray
-) -> None:
+def _move(mechanism: Mechanism) -> None:
     """Write the nearest step that moves the rows by the residuals."""
-    copy(residuals, held.kept.rest)
+    scene, work, at, is_implicit = mechanism.scene, mechanism.here, mechanism.at, mechanism.share_stiffness > 0.0
+    copy(at.residuals, at.rest)
     clear_all_forces(scene, work)
-    sweep_forces_inward(scene, work, share_stiffness > 0.0, held)
-    sweep_accelerations(scene, work, share_stiffness > 0.0, held, step)
+    held = Held(LoopFactors(at), mechanism.state.z, False, 0.0)
+    sweep_forces_inward(scene, work, is_implicit, held)
+    sweep_accelerations(scene, work, is_implicit, held, at.step)

@@ -1,123 +1,286 @@
-"""One row of a constraint between two markers: residual, wrenches, remainder; see `kanefe.constraints.rows`."""
+"""Rows of constraints: what is given of each, what it exerts and how far it is open, kind by kind.
+
+See `kanefe.constraints.rows`.
+"""
 
 from __future__ import annotations
 
-from collections import namedtuple
-from typing import Any
+from enum import IntEnum
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, rotated, times, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.force_elements.blocks import places
-
-RowNumbers = namedtuple(
-    "RowNumbers",
-    "e f side cosine length lead radius constant",
-    defaults=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0.0, 0.0),
-)
-"""Numbers of a row, in the words of `kanefe.constraints.rows`; zero where its kind has none such."""
-
-AT = places(RowNumbers, e=3, f=3, side=3)
-ROW_NUMBERS = int(AT.constant) + 1
-
-POINT_ROW, DIRECTION_ROW, DISTANCE_ROW, SCREW_ROW, ROLLING_ROW, COUPLER_ROW, CONTACT_ROW = range(7)
-
-Motion = tuple[Numbers, Numbers, Numbers, Numbers, Numbers, Numbers]
-"""Motion of a marker in N: position, axes, velocity, angular velocity, Z and Y."""
-
-Place = tuple[Numbers, Numbers]
-"""Pose of a marker in N: position and axes."""
+from kanefe.kernels.tree import Frames
+from kanefe.kernels.values.records import Record, Rows
+from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, dot
 
 
-@kernel
-def row_terms(
-    kind: int, numbers: np.ndarray, n: int, is_ball: bool, a: Motion, b: Motion
-) -> tuple[Numbers, Numbers, Numbers, Numbers, Any]:
-    """Return force and moment on a and b of a unit multiplier, about the markers' origins, and the bias acceleration.
+class RowKind(IntEnum):
+    """Kinds of rows."""
 
-    Row n of the numbers is its `RowNumbers`.
+    POINT = 0
+    DIRECTION = 1
+    DISTANCE = 2
+    SCREW = 3
+    ROLLING = 4
+    COUPLER = 5
+    CONTACT = 6
+
+
+class End(Record, is_frozen=True):
+    """A marker that a row is at.
+
+    Attributes
+    ----------
+    row : int
+        Of the scene; -1: N.
+    point, axes : Vector, Matrix
+        Its origin, and its axes, in those of the row.
     """
-    p_a, A_a, v_a, w_a, Z_a, Y_a = a
-    p_b, A_b, v_b, w_b, Z_b, Y_b = b
-    zero = 0.0 * p_a[0]
-    none = (zero, zero, zero)
-    d, rate, jerk = minus(p_b, p_a), minus(v_b, v_a), minus(Z_b, Z_a)
-    e = rotated(A_a, vector(numbers, n, AT.e))
-    if kind == DIRECTION_ROW:
-        f = rotated(A_b, vector(numbers, n, AT.f))
-        moment = cross(f, e)
-        turning = plus(cross(cross(w_b, f), e), cross(f, cross(w_a, e)))
-        remainder = dot(moment, minus(Y_b, Y_a)) + dot(turning, minus(w_b, w_a))
-        return none, times(-1.0, moment), none, moment, remainder
-    if kind == DISTANCE_ROW:
-        distance = np.sqrt(dot(d, d))
-        direction = times(1.0 / distance, d)
-        along = dot(direction, rate)
-        remainder = dot(direction, jerk) + (dot(rate, rate) - along * along) / distance
-        return times(-1.0, direction), none, direction, none, remainder
-    if kind == ROLLING_ROW:
-        spoke, spoke_rate = _spoke(numbers[n, AT.radius], is_ball, a, b)
-        arm, arm_rate = plus(d, spoke), plus(rate, spoke_rate)
-        slip = minus(plus(rate, cross(w_b, spoke)), cross(w_a, arm))
-        of_b = plus(cross(Y_b, spoke), cross(w_b, spoke_rate))
-        of_a = plus(cross(Y_a, arm), cross(w_a, arm_rate))
-        remainder = dot(e, plus(jerk, minus(of_b, of_a))) + dot(cross(w_a, e), slip)
-        return times(-1.0, e), times(-1.0, cross(arm, e)), e, cross(spoke, e), remainder
-    turning = cross(w_a, e)
-    bend = plus(cross(Y_a, e), cross(w_a, turning))
-    remainder = dot(e, jerk) + 2.0 * dot(turning, rate) + dot(bend, d)
-    moment_a, moment_b = cross(e, d), none
-    if kind == SCREW_ROW:
-        pitch = numbers[n, AT.lead] / (2.0 * np.pi)
-        remainder -= pitch * (dot(e, minus(Y_b, Y_a)) + dot(turning, minus(w_b, w_a)))
-        moment_a, moment_b = plus(moment_a, times(pitch, e)), times(-pitch, e)
-    return times(-1.0, e), moment_a, e, moment_b, remainder
+
+    row: int
+    point: Vector
+    axes: Matrix
 
 
-@kernel
-def row_residual(kind: int, numbers: np.ndarray, n: int, is_ball: bool, a: Place, b: Place) -> Any:
-    """Return g of a row that holds places, in its unit; numbers as for `row_terms`."""
-    (p_a, A_a), (p_b, A_b) = a, b
-    d = minus(p_b, p_a)
-    if kind == DISTANCE_ROW:
-        return np.sqrt(dot(d, d)) - numbers[n, AT.length]
-    e = rotated(A_a, vector(numbers, n, AT.e))
-    if kind == DIRECTION_ROW:
-        return dot(e, rotated(A_b, vector(numbers, n, AT.f))) - numbers[n, AT.cosine]
-    if kind == ROLLING_ROW:
-        zero = 0.0 * d[0]
-        still = (zero, zero, zero)
-        spoke, _ = _spoke(
-            numbers[n, AT.radius],
-            is_ball,
-            (p_a, A_a, still, still, still, still),
-            (p_b, A_b, still, still, still, still),
-        )
-        return dot((A_a[2], A_a[5], A_a[8]), plus(d, spoke))
-    if kind == SCREW_ROW:
-        across = vector(numbers, n, AT.side)
-        side, turned = rotated(A_a, across), rotated(A_b, across)
-        angle = np.arctan2(dot(turned, cross(e, side)), dot(turned, side))
-        open_turns = dot(e, d) / numbers[n, AT.lead] - angle / (2.0 * np.pi)
-        return (open_turns - np.rint(open_turns)) * numbers[n, AT.lead]
-    return dot(e, d)
+class ConstraintRow(Record, is_frozen=True):
+    """A row of a constraint; its numbers are zero where its kind has none such.
+
+    Attributes
+    ----------
+    kind : int
+        `RowKind`.
+    a, b : End
+    is_ball : bool
+    holds_place : bool
+        Whether it holds coordinates, and not speeds alone.
+    is_angle : bool
+        Whether its residual is an angle.
+    switch : int
+        Its switch among the internal states; -1: it always holds.
+    goes_on : bool
+        Whether it is of the same constraint as the row before, between the same markers.
+    first_term, term_count : int
+        Of a coupler.
+    point, direction : int
+        Of a contact: number of its point, and which of its directions; 0: the normal.
+    first_visit, last_visit, common : int
+        Its visits, see `kanefe.kernels.constraints.row_paths.RowPaths`, and the first of those to what carries both
+        its ends.
+    e, f, side, cosine, length, lead, radius, constant
+        See `kanefe.constraints.rows`.
+    """
+
+    kind: int
+    a: End
+    b: End
+    is_ball: bool
+    holds_place: bool
+    is_angle: bool
+    switch: int
+    goes_on: bool
+    first_term: int
+    term_count: int
+    point: int
+    direction: int
+    first_visit: int
+    last_visit: int
+    common: int
+    e: Vector
+    f: Vector
+    side: Vector
+    cosine: float
+    length: float
+    lead: float
+    radius: float
+    constant: float
+
+
+class ConstraintRows(Rows[ConstraintRow]):
+    """The rows of all constraints: of `Loops.rows` and `Loops.numbers`."""
+
+
+class Term(Record, is_frozen=True):
+    """A coordinate of a coupler.
+
+    Attributes
+    ----------
+    speed : int
+        The driven ones come after all that are free.
+    coordinate : int
+        Of a driven one -1 - drive.
+    coefficient : float
+    """
+
+    speed: int
+    coordinate: int
+    coefficient: float
+
+
+class Terms(Rows[Term]):
+    """The coordinates of all couplers: of `Loops.terms` and `Loops.coefficients`."""
+
+
+class Action(Record):
+    """What a unit multiplier of a row exerts.
+
+    Attributes
+    ----------
+    force : Vector
+        On b, in N; that on a is opposite.
+    moment_a, moment_b : Vector
+        On a and on b, about the origins of their rows.
+    remainder : float
+        Acceleration along the row that is not linear in du.
+    """
+
+    force: Vector
+    moment_a: Vector
+    moment_b: Vector
+    remainder: float
+
+
+class Actions(Rows[Action]):
+    """What all rows exert."""
+
+
+class EndMotion(NamedTuple):
+    """Motion of a marker in N.
+
+    Attributes
+    ----------
+    p, A : Vector, Matrix
+        Position and axes.
+    v, w, Z, Y : Vector
+        See `kanefe.kernels.tree.Motion`; gravity in Z cancels.
+    """
+
+    p: Vector
+    A: Matrix
+    v: Vector
+    w: Vector
+    Z: Vector
+    Y: Vector
 
 
 @inlined
-def _spoke(radius: float, is_ball: bool, a: Motion, b: Motion) -> tuple[Numbers, Numbers]:
-    """Return the vector from the hub to the lowest point, and its rate."""
-    A_a, A_b = a[1], b[1]
-    n = (A_a[2], A_a[5], A_a[8])
-    n_rate = cross(a[3], n)
-    if is_ball:
-        return times(-radius, n), times(-radius, n_rate)
-    s = (A_b[2], A_b[5], A_b[8])
-    s_rate = cross(b[3], s)
-    lean = dot(n, s)
-    lean_rate = dot(n_rate, s) + dot(n, s_rate)
-    across = minus(n, times(lean, s))
-    across_rate = minus(n_rate, plus(times(lean_rate, s), times(lean, s_rate)))
-    size = np.sqrt(dot(across, across))
-    unit = times(1.0 / size, across)
-    return times(-radius, unit), times(-radius / size, minus(across_rate, times(dot(unit, across_rate), unit)))
+def motion_of_end(end: End, frames: Frames) -> EndMotion:
+    """Return how a marker moves, after an outward sweep."""
+    frame = frames[end.row]
+    lever, w, Y = frame.R @ end.point, frame.w, frame.Y
+    swing = cross(w, lever)
+    Z = frame.Z + cross(Y, lever) + cross(w, swing)
+    return EndMotion(frame.p + lever, frame.R @ end.axes, frame.v + swing, w, Z, Y)
+
+
+@kernel
+def exert(row: ConstraintRow, a: EndMotion, b: EndMotion, action: Action) -> None:
+    """Write what a row between two markers exerts, moments about their origins."""
+    kind, e = row.kind, a.A @ row.e
+    if kind == RowKind.DIRECTION:
+        _exert_across(e, b.A @ row.f, a, b, action)
+    elif kind == RowKind.DISTANCE:
+        _exert_between(a, b, action)
+    elif kind == RowKind.ROLLING:
+        _exert_rolling(row, e, a, b, action)
+    else:
+        _exert_along(e, a, b, action)
+        if kind == RowKind.SCREW:
+            _exert_about(row.lead / (2.0 * np.pi), e, a, b, action)
+
+
+@inlined
+def _exert_along(e: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+    """Of a point row."""
+    d, turning = b.p - a.p, cross(a.w, e)
+    bend = cross(a.Y, e) + cross(a.w, turning)
+    action.force, action.moment_a, action.moment_b = e, cross(e, d), ZERO
+    action.remainder = dot(e, b.Z - a.Z) + 2.0 * dot(turning, b.v - a.v) + dot(bend, d)
+
+
+@inlined
+def _exert_about(pitch: float, e: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+    """What a screw exerts more than a point row."""
+    action.moment_a += pitch * e
+    action.moment_b = -pitch * e
+    action.remainder -= pitch * (dot(e, b.Y - a.Y) + dot(cross(a.w, e), b.w - a.w))
+
+
+@inlined
+def _exert_across(e: Vector, f: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+    """Of a direction row."""
+    moment, turning = cross(f, e), cross(cross(b.w, f), e) + cross(f, cross(a.w, e))
+    action.force, action.moment_a, action.moment_b = ZERO, -moment, moment
+    action.remainder = dot(moment, b.Y - a.Y) + dot(turning, b.w - a.w)
+
+
+@inlined
+def _exert_between(a: EndMotion, b: EndMotion, action: Action) -> None:
+    """Of a distance row."""
+    d, rate = b.p - a.p, b.v - a.v
+    distance = np.sqrt(dot(d, d))
+    direction = (1.0 / distance) * d
+    along = dot(direction, rate)
+    action.force, action.moment_a, action.moment_b = direction, ZERO, ZERO
+    action.remainder = dot(direction, b.Z - a.Z) + (dot(rate, rate) - along * along) / distance
+
+
+@inlined
+def _exert_rolling(row: ConstraintRow, e: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+    """Of a rolling row."""
+    rate, spoke, spoke_rate = b.v - a.v, _spoke(row, a.A.z, b.A.z), _spoke_rate(row, a, b)
+    arm, arm_rate = b.p - a.p + spoke, rate + spoke_rate
+    slip = rate + cross(b.w, spoke) - cross(a.w, arm)
+    of_b = cross(b.Y, spoke) + cross(b.w, spoke_rate)
+    of_a = cross(a.Y, arm) + cross(a.w, arm_rate)
+    action.force, action.moment_a, action.moment_b = e, cross(e, arm), cross(spoke, e)
+    action.remainder = dot(e, b.Z - a.Z + of_b - of_a) + dot(cross(a.w, e), slip)
+
+
+@inlined
+def _spoke(row: ConstraintRow, n: Vector, s: Vector) -> Vector:
+    """Return the vector from the hub to the lowest point: n is the normal of the plane, s the axis of a wheel."""
+    if row.is_ball:
+        spoke = -row.radius * n
+    else:
+        across = n - dot(n, s) * s
+        spoke = (-row.radius / np.sqrt(dot(across, across))) * across
+    return spoke
+
+
+@inlined
+def _spoke_rate(row: ConstraintRow, a: EndMotion, b: EndMotion) -> Vector:
+    """Return its rate."""
+    n, s = a.A.z, b.A.z
+    n_rate, s_rate = cross(a.w, n), cross(b.w, s)
+    if row.is_ball:
+        rate = -row.radius * n_rate
+    else:
+        lean = dot(n, s)
+        across, lean_rate = n - lean * s, dot(n_rate, s) + dot(n, s_rate)
+        across_rate, size = n_rate - lean_rate * s - lean * s_rate, np.sqrt(dot(across, across))
+        unit = (1.0 / size) * across
+        rate = (-row.radius / size) * (across_rate - dot(unit, across_rate) * unit)
+    return rate
+
+
+@inlined
+def residual(row: ConstraintRow, a: EndMotion, b: EndMotion) -> Any:
+    """Return g of a row between two markers that holds places, in its unit."""
+    kind, d = row.kind, b.p - a.p
+    if kind == RowKind.DISTANCE:
+        g = np.sqrt(dot(d, d)) - row.length
+    elif kind == RowKind.DIRECTION:
+        g = dot(a.A @ row.e, b.A @ row.f) - row.cosine
+    elif kind == RowKind.ROLLING:
+        g = dot(a.A.z, d + _spoke(row, a.A.z, b.A.z))
+    else:
+        e = a.A @ row.e
+        g = dot(e, d)
+        if kind == RowKind.SCREW:
+            side, turned = a.A @ row.side, b.A @ row.side
+            angle = np.arctan2(dot(turned, cross(e, side)), dot(turned, side))
+            turns = g / row.lead - angle / (2.0 * np.pi)
+            g = (turns - np.rint(turns)) * row.lead
+    return g

@@ -11,10 +11,11 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.constraints.contact_shares import is_head, least_margins, share_otherwise
+from kanefe.kernels.constraints.contact_shares import least_margins, share_otherwise
 from kanefe.kernels.constraints.least_forces import share_forces
-from kanefe.kernels.constraints.loop_tables import LIVE, UnitResponses, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import UnitResponses, head_of, unit_responses_in
 from kanefe.kernels.contact.rigid_points import HAS_FRICTION, is_closed, is_slipping, left_of_gap, left_of_slip, meet
+from kanefe.kernels.scene import Scene
 from kanefe.kernels.tables import Loops
 
 FAR = 1.0
@@ -57,18 +58,29 @@ class Looked(NamedTuple):
     holding: Reals
 
 
+class Watched(NamedTuple):
+    """States that are looked at, and what is found.
+
+    Attributes
+    ----------
+    times : ndarray, shape (T,)
+    drives : ndarray, shape (T, driven, 3)
+    inputs : ndarray, shape (T, inputs)
+    states : ndarray, shape (T, state)
+        Each begins with q, u and z.
+    found : ndarray, shape (T, values)
+        Of loads, and then of rigid contacts.
+    """
+
+    times: Reals
+    drives: RealBlocks
+    inputs: RealRows
+    states: RealRows
+    found: RealRows
+
+
 @entry()
-def watch_contacts(
-    looked: Looked,
-    loads: Prepared,
-    loops: Loops,
-    gravity: Reals,
-    times: Reals,
-    drives: RealBlocks,
-    inputs: RealRows,
-    states: RealRows,
-    found: RealRows,
-) -> None:
+def watch_contacts(looked: Looked, loads: Prepared, scene: Scene, watched: Watched) -> None:
     """Write the event values of loads, and then those of rigid contacts, in some states.
 
     Parameters
@@ -76,64 +88,54 @@ def watch_contacts(
     looked : Looked
     loads : Prepared
         Call of `kanefe.kernels.loads.watching.watch_states` with the arrays below; address 0: there are none.
-    loops : Loops
-    gravity : ndarray, shape (3,)
-    times : ndarray, shape (T,)
-    drives : ndarray, shape (T, driven, 3)
-    inputs : ndarray, shape (T, inputs)
-    states : ndarray, shape (T, state)
-        Each begins with q, u and z.
-    found : ndarray, shape (T, values)
+    scene : Scene
+    watched : Watched
     """
     if loads.address != 0:
         call_address(loads.address, (loads.places, loads.numbers))
+    states, found = watched.states, watched.found
     width = min(states.shape[1], looked.vectors.shape[1])
-    for row in range(len(times)):
-        copy(inputs[row], looked.inputs)
+    for row in range(len(states)):
+        copy(watched.inputs[row], looked.inputs)
         for i in range(len(looked.drives)):
-            copy(drives[row, i], looked.drives[i])
+            copy(watched.drives[row, i], looked.drives[i])
         copy(states[row, :width], looked.vectors[0, :width])
-        looked.evaluation.numbers[looked.time_at] = times[row]
+        looked.evaluation.numbers[looked.time_at] = watched.times[row]
         call_address(looked.evaluation.address, (looked.evaluation.places, looked.evaluation.numbers))
-        _put_margins(looked, loops, gravity, states[row], found[row, found.shape[1] - MARGINS :])
+        _put_margins(looked, scene, states[row, looked.first_state :], found[row, found.shape[1] - MARGINS :])
 
 
 @kernel
-def _put_margins(looked: Looked, loops: Loops, gravity: np.ndarray, y: np.ndarray, found: np.ndarray) -> None:
+def _put_margins(looked: Looked, scene: Scene, z: np.ndarray, found: np.ndarray) -> None:
     """Write the least margins of a state that has been evaluated."""
-    points, kept = loops.points, unit_responses_in(looked.holding, loops, looked.speeds)
-    z, forces = y[looked.first_state :], looked.multipliers
-    found[:] = FAR
-    found[LARGEST] = 0.0
-    gap = left = np.inf
-    touches = False
+    loops, points, work, forces = scene.loops, scene.loops.points, looked.work, looked.multipliers
+    kept = unit_responses_in(looked.holding, loops)
+    normal = slip = gap = left = np.inf
+    touches, largest, met = False, 0.0, kept.met
     for p in range(len(points.places)):
         if not is_closed(points, p, z):
-            meet(points, p, gravity, looked.work, kept.exerted.met)
-            gap = min(gap, left_of_gap(points, p, z, kept.exerted.met))
+            meet(points, p, scene.tables.gravity, work, met)
+            gap = min(gap, left_of_gap(points, p, z, met))
             continue
         touches = True
         if is_slipping(points, p, z) and points.places[p, HAS_FRICTION] != 0:
-            left = min(left, left_of_slip(points, p, z, looked.work, kept.exerted.met))
-    if gap < np.inf:
-        found[GAP] = gap
-    if left < np.inf:
-        found[LEFT_OF_SLIP] = left
-    if not touches:
-        return
-    normal, slip = find_forces(loops, z, forces, kept)
-    for j in range(len(forces)):
-        found[LARGEST] = max(found[LARGEST], abs(forces[j]) if is_head(loops, j, z) else 0.0)
-    if abs(normal) < np.inf:
-        found[NORMAL] = normal
-    if abs(slip) < np.inf:
-        found[SLIP_MARGIN] = slip
+            left = min(left, left_of_slip(points, p, z, work, met))
+    if touches:
+        normal, slip = find_forces(loops, z, forces, kept)
+        for p in range(len(points.places)):
+            if is_closed(points, p, z):
+                largest = max(largest, abs(forces[head_of(loops, p)]))
+    found[NEVER], found[LARGEST] = FAR, largest
+    found[GAP], found[NORMAL], found[SLIP_MARGIN], found[LEFT_OF_SLIP] = gap, normal, slip, left
+    for c in (GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP):
+        if not abs(found[c]) < np.inf:
+            found[c] = FAR
 
 
 @kernel
 def find_forces(loops: Loops, z: np.ndarray, forces: np.ndarray, kept: UnitResponses) -> tuple[float, float]:
     """Share the forces of what touches, after an evaluation, so that they can be; return their least margins, N."""
-    if kept.told[LIVE] < 0.0:
+    if kept.live_count < 0.0:
         share_forces(loops, z, False, forces, kept)
     normal, slip = least_margins(loops, z, forces)
     if min(normal, slip) < 0.0:

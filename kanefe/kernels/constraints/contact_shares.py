@@ -11,10 +11,8 @@ import numpy as np
 
 from kanefe.kernels.algebra.least_norm import leave_spare
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
-from kanefe.kernels.constraints.loop_tables import DIRECTION, KIND_OF, LIVE, POINT, RANK, UnitResponses
-from kanefe.kernels.contact.falling import AT
-from kanefe.kernels.contact.rigid_points import OF_POINT, is_closed, is_slipping
+from kanefe.kernels.constraints.loop_tables import UnitResponses, head_of
+from kanefe.kernels.contact.rigid_points import HOLDING, is_closed, is_slipping
 from kanefe.kernels.tables import Loops
 
 MOST_ROUNDS, ROOMS = 2000, (1e-3, 1e-6, 1e-9)
@@ -27,36 +25,28 @@ zero, by part of that room, though other forces are not."""
 def least_margins(loops: Loops, z: np.ndarray, multipliers: np.ndarray) -> tuple[float, float]:
     """Return the least normal force, and the least that friction could still hold, N; infinite where there is none."""
     normal = slip = np.inf
-    for j in range(len(loops.rows)):
-        if not is_head(loops, j, z):
-            continue
-        p = loops.rows[j, POINT]
-        normal = min(normal, multipliers[j])
-        if not is_slipping(loops.points, p, z):
-            holding = loops.points.numbers[p, int(OF_POINT.friction) + int(AT.holding)]
-            slip = min(slip, holding * multipliers[j] - np.hypot(multipliers[j + 1], multipliers[j + 2]))
+    for p in range(len(loops.points.places)):
+        if is_closed(loops.points, p, z):
+            j = head_of(loops, p)
+            normal = min(normal, multipliers[j])
+            if not is_slipping(loops.points, p, z):
+                held = loops.points.numbers[p, HOLDING] * multipliers[j]
+                slip = min(slip, held - np.hypot(multipliers[j + 1], multipliers[j + 2]))
     return normal, slip
-
-
-@inlined
-def is_head(loops: Loops, j: int, z: np.ndarray) -> bool:
-    """Return whether a row is the normal row of a point that touches."""
-    is_normal = loops.rows[j, KIND_OF] == CONTACT_ROW and loops.rows[j, DIRECTION] == 0
-    return is_normal and is_closed(loops.points, loops.rows[j, POINT], z)
 
 
 @kernel
 def share_otherwise(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept: UnitResponses) -> None:
     """Change the multipliers of `hold` along what they leave free, until the margins are above zero, if they can be."""
-    n, rank = int(kept.told[LIVE]), int(kept.told[RANK])
+    n, rank, scale, live = int(kept.live_count), int(kept.rank), kept.scale, kept.live
     if rank == n:
         return
     steepest, largest = 0.0, 0.0
     for a in range(n):
-        j = int(kept.live[a])
-        steepest = max(steepest, kept.scale[j] ** 2)
+        j = int(live[a])
+        steepest = max(steepest, scale[j] ** 2)
         largest = max(largest, abs(multipliers[j]))
-        kept.rest[a] = multipliers[j] / kept.scale[j]
+        kept.rest[a] = multipliers[j] / scale[j]
     for share in ROOMS:
         if _descend(loops, z, share * largest, 1.0 / steepest, multipliers, kept):
             return
@@ -70,40 +60,39 @@ def _descend(
     loops: Loops, z: np.ndarray, room: float, step: float, multipliers: np.ndarray, kept: UnitResponses
 ) -> bool:
     """Change the multipliers until the margins are half of what is looked for; return whether they are."""
-    n, rank, slope = int(kept.told[LIVE]), int(kept.told[RANK]), kept.column
+    n, rank, slope, scale, live = int(kept.live_count), int(kept.rank), kept.column, kept.scale, kept.live
     for k in range(MOST_ROUNDS):
         normal, slip = least_margins(loops, z, multipliers)
         if min(normal, slip) >= 0.5 * room:
             return True
         kept.plain[:] = 0.0
-        for j in range(len(loops.rows)):
-            if is_head(loops, j, z):
-                _put_beyond(loops, j, z, room, multipliers, kept.plain)
+        for p in range(len(loops.points.places)):
+            if is_closed(loops.points, p, z):
+                j = head_of(loops, p)
+                mu = -1.0 if is_slipping(loops.points, p, z) else loops.points.numbers[p, HOLDING]
+                _put_beyond(mu, room, multipliers[j : j + 3], kept.plain[j : j + 3])
         for a in range(n):
-            j = int(kept.live[a])
-            slope[a] = kept.scale[j] * kept.plain[j]
+            j = int(live[a])
+            slope[a] = scale[j] * kept.plain[j]
         leave_spare(kept.L, slope, n, rank, kept.order, kept.inverses, kept.spare)
         for a in range(n):
-            j = int(kept.live[a])
-            reached = multipliers[j] / kept.scale[j] - step * slope[a]
-            multipliers[j] = kept.scale[j] * (reached + k / (k + 3.0) * (reached - kept.rest[a]))
+            j = int(live[a])
+            reached = multipliers[j] / scale[j] - step * slope[a]
+            multipliers[j] = scale[j] * (reached + k / (k + 3.0) * (reached - kept.rest[a]))
             kept.rest[a] = reached
     return False
 
 
 @inlined
-def _put_beyond(loops: Loops, j: int, z: np.ndarray, room: float, forces: np.ndarray, beyond: np.ndarray) -> None:
-    """Write how far the forces of a point are beyond those with some room that it can have."""
-    p = loops.rows[j, POINT]
-    if is_slipping(loops.points, p, z):
-        beyond[j] = min(forces[j] - room, 0.0)
+def _put_beyond(mu: float, room: float, forces: np.ndarray, beyond: np.ndarray) -> None:
+    """Write how far the forces of a point are beyond those with some room that it can have; mu below zero: it slips."""
+    if mu < 0.0:
+        beyond[0] = min(forces[0] - room, 0.0)
         return
-    mu = loops.points.numbers[p, int(OF_POINT.friction) + int(AT.holding)]
-    normal = forces[j] - room * (max(1.0, 1.0 / mu) if mu > 0.0 else 1.0)
-    size = np.hypot(forces[j + 1], forces[j + 2])
+    normal = forces[0] - room * (max(1.0, 1.0 / mu) if mu > 0.0 else 1.0)
+    size = np.hypot(forces[1], forces[2])
     if size <= mu * normal:
         return
     nearest = max((normal + mu * size) / (1.0 + mu * mu), 0.0)
     share = mu * nearest / size if size > 0.0 else 0.0
-    beyond[j] = normal - nearest
-    beyond[j + 1], beyond[j + 2] = (1.0 - share) * forces[j + 1], (1.0 - share) * forces[j + 2]
+    beyond[0], beyond[1], beyond[2] = normal - nearest, (1.0 - share) * forces[1], (1.0 - share) * forces[2]

@@ -9,20 +9,12 @@ import numpy as np
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.pivoted import factor, solve
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
-from kanefe.kernels.constraints.loop_tables import (
-    KIND_OF,
-    LIVE,
-    RANK,
-    RANK_TOLERANCE,
-    UnitResponses,
-    has_loops,
-    is_rubbing,
-)
+from kanefe.kernels.constraints.constraint_rows import RowKind
+from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, is_rubbing, rows_of
 from kanefe.kernels.tables import Loops
 
-# Share of what a normal force does without friction, below which friction takes away all that it does
 LEAST_GAIN = 1e-9
+"""Fraction of what a normal force does without friction, below which friction takes away all that it does."""
 
 
 @kernel
@@ -31,61 +23,62 @@ def share_forces(loops: Loops, z: np.ndarray, is_skew: bool, multipliers: np.nda
 
     Where a force presses a slipping point more than it can hold it out, they are not a number (Painleve's paradox).
     """
-    m, closes = len(loops.rows), has_loops(loops, kept)
+    closes, A, L, column, live, scale = has_loops(loops, kept), kept.A, kept.L, kept.column, kept.live, kept.scale
     if is_skew and not _is_determined(loops, z, closes, multipliers, kept):
         multipliers[:] = np.nan
         return 1.0
     n = 0
-    for j in range(m):
+    for j in range(len(multipliers)):
         multipliers[j] = 0.0
-        if kept.scale[j] != 0.0:
-            kept.live[n] = j
+        if scale[j] != 0.0:
+            live[n] = j
             n += 1
     for a in range(n):
-        i = int(kept.live[a].real)
-        kept.column[a] = kept.scale[i] * kept.rest[i]
+        i = int(live[a].real)
+        column[a] = scale[i] * kept.rest[i]
         for b in range(n):
-            j = int(kept.live[b].real)
-            entry = kept.A[i, j] if is_skew or j <= i else kept.A[j, i]
-            kept.L[a, b] = kept.scale[i] * entry * kept.scale[j]
-    rank, weakest = factor_least(
-        kept.L, kept.column, n, loops.limits[RANK_TOLERANCE], kept.order, kept.inverses, kept.spare
-    )
-    solve_least(kept.L, kept.column, n, rank, kept.order, kept.inverses, kept.spare)
+            j = int(live[b].real)
+            entry = A[i, j] if is_skew or j <= i else A[j, i]
+            L[a, b] = scale[i] * entry * scale[j]
+    tolerance = Limits(loops.limits).rank_tolerance
+    rank, weakest = factor_least(L, column, n, tolerance, kept.order, kept.inverses, kept.spare)
+    solve_least(L, column, n, rank, kept.order, kept.inverses, kept.spare)
     for a in range(n):
-        j = int(kept.live[a].real)
-        multipliers[j] = kept.scale[j] * kept.column[a]
-    kept.told[LIVE], kept.told[RANK] = n, rank
+        j = int(live[a].real)
+        multipliers[j] = scale[j] * column[a]
+    kept.live_count, kept.rank = n, rank
     return weakest if closes else 1.0
 
 
 @kernel
 def _is_determined(loops: Loops, z: np.ndarray, closes: bool, y: np.ndarray, kept: UnitResponses) -> bool:
     """Return whether the normal force of each slipping point holds it out, the loops held; y is workspace (m,)."""
-    m, rank = len(loops.rows), 0
-    for j in range(m):
-        is_loop = loops.rows[j, KIND_OF] != CONTACT_ROW
-        kept.spare[j] = kept.scale[j] if is_loop else 0.0 * kept.scale[j]
-    for j in range(m):
-        if kept.scale[j] == 0.0 or not is_rubbing(loops, j, z):
+    rows, A, of_loops, column, rank = rows_of(loops), kept.A, kept.spare, kept.column, 0
+    for j in range(len(rows)):
+        of_loops[j] = kept.scale[j] if rows[j].kind != RowKind.CONTACT else 0.0 * kept.scale[j]
+    if closes:
+        tolerance = Limits(loops.limits).rank_tolerance
+        rank, _ = factor(A, of_loops, tolerance, kept.L, kept.inverses, kept.order, column)
+    for j in range(len(rows)):
+        if kept.scale[j] == 0.0 or not is_rubbing(loops, rows[j], z):
             continue
-        gained, plain = kept.A[j, j].real, kept.plain[j].real
+        gained, plain = A[j, j].real, kept.plain[j].real
         if closes:
-            if rank == 0:
-                rank, _ = factor(
-                    kept.A, kept.spare, loops.limits[RANK_TOLERANCE], kept.L, kept.inverses, kept.order, kept.column
-                )
-            for by in range(2):
-                for i in range(m):
-                    kept.live[i] = (
-                        (kept.A[j, i] if by else kept.A[i, j]) if kept.spare[i] != 0.0 else 0.0 * kept.rest[i]
-                    )
-                solve(kept.L, kept.inverses, kept.order, rank, kept.spare, kept.live, kept.column, y)
-                lost = 0.0
-                for i in range(m):
-                    if kept.spare[i] != 0.0:
-                        lost += (kept.A[j, i] * y[i]).real
-                gained, plain = (gained, plain - lost) if by else (gained - lost, plain)
+            gained -= _lost(kept, rank, A[:, j], A[j], y)
+            plain -= _lost(kept, rank, A[j], A[j], y)
         if not gained > LEAST_GAIN * plain:
             return False
     return True
+
+
+@kernel
+def _lost(kept: UnitResponses, rank: int, right: np.ndarray, row: np.ndarray, y: np.ndarray) -> float:
+    """Return what loops take of what a force does along a row; `right` is what it does along theirs."""
+    live, of_loops, lost = kept.live, kept.spare, 0.0
+    for i in range(len(live)):
+        live[i] = right[i] if of_loops[i] != 0.0 else 0.0 * right[i]
+    solve(kept.L, kept.inverses, kept.order, rank, of_loops, live, kept.column, y)
+    for i in range(len(live)):
+        if of_loops[i] != 0.0:
+            lost += (row[i] * y[i]).real
+    return lost

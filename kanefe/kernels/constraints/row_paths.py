@@ -2,26 +2,100 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from kanefe.kernels.tables import RowPaths
+from kanefe.kernels.values.records import Array, One, Record, Rows, Start
+from kanefe.kernels.values.tensors import Vector
 
-# Columns of the visits: the row of the scene, and where the numbers of its joint, of its modes and of the wrench on it
-# are; -1: none. Of an interface that carries something: where its wrench is among the numbers of the modes. The row at
-# which the way ends has neither joint nor wrench.
-VISITED, OF_JOINT, OF_MODES, OF_WRENCH = range(4)
-VISIT_INTEGERS = 4
-# Columns of the meetings: the row of the scene, whether it is its modes that are shared, and the first guest
-MET_AT, IS_MODES, FIRST_GUEST = range(3)
-MEETING_INTEGERS = 3
-# Columns of their guests: the row of constraints, and its visit
-GUEST, GUEST_VISIT = range(2)
-# Numbers of a joint at a visit, by its coordinates
-OF_AXIS, OF_BALL, OF_FREE = 1, 3, 6
+
+class Visit(Record, is_frozen=True):
+    """What a unit multiplier of a row does where its way passes: at a joint, and at the modes of a body.
+
+    Attributes
+    ----------
+    row : int
+        Of the scene.
+    is_end : bool
+        Whether the way ends there, without a joint or wrench.
+    speeds : int
+        Of its joint that are free; 0: none.
+    k, n : int
+        Modes of its body that give way, and numbers of what this carries; of an interface those of its body.
+    wrench : int
+        Where the wrench that the link needs is; -1: none. Of an interface that carries something: in G, among `on`.
+    force, moment : Vector
+    answer : ndarray, shape (speeds,)
+        How the joint answers: acceleration along an axis, turning of a ball, both accelerations of a free body.
+    modes : int
+        Where the answer of the modes is; -1: none. An interface has that of its body.
+    p, x : ndarray, shape (k,)
+        Forces on the modes, and their accelerations.
+    on, moved, y : ndarray, shape (n,)
+        What acts on the carried interfaces, how these move, and y of `eliminate_modes`.
+    """
+
+    row: int
+    is_end: bool
+    speeds: int
+    k: int
+    n: int
+    wrench: Annotated[int, Start("visited")]
+    force: Annotated[Vector, One(Vector)]
+    moment: Annotated[Vector, One(Vector)]
+    answer: Annotated[np.ndarray, Array("speeds")]
+    modes: Annotated[int, Start("visited")]
+    p: Annotated[np.ndarray, Array("k")]
+    x: Annotated[np.ndarray, Array("k")]
+    on: Annotated[np.ndarray, Array("n")]
+    moved: Annotated[np.ndarray, Array("n")]
+    y: Annotated[np.ndarray, Array("n")]
+
+
+class Visits(Rows[Visit]):
+    """All visits: of `RowPaths.visits` and the numbers of all visits."""
+
+
+class Meeting(Record, is_frozen=True):
+    """Where rows of constraints have something in common.
+
+    Attributes
+    ----------
+    row : int
+        Of the scene.
+    is_modes : bool
+        Whether it is the modes that are shared.
+    first_guest : int
+        Number of the first of those that meet, which reach up to that of the next meeting.
+    """
+
+    row: int
+    is_modes: bool
+    first_guest: int
+
+
+class Meetings(Rows[Meeting]):
+    """All meetings, and an empty one behind: of `RowPaths.meetings`."""
+
+
+class Guest(Record, is_frozen=True):
+    """A row of constraints at a meeting, by its number and that of its visit there."""
+
+    row: int
+    visit: int
+
+
+class Guests(Rows[Guest]):
+    """The guests of all meetings, in the order of elimination: of `RowPaths.guests`."""
 
 
 def no_paths() -> RowPaths:
     """Return the tables of a scene without constraints."""
     none, one = np.zeros(0, dtype=np.int64), np.zeros(1, dtype=np.int64)
-    visits, met = np.zeros((0, VISIT_INTEGERS), dtype=np.int64), np.zeros((1, MEETING_INTEGERS), dtype=np.int64)
-    return RowPaths(one, none, visits, none, none, none, none, met, np.zeros((0, 2), dtype=np.int64), one, none, one)
+    visits, meetings, guests = (
+        np.zeros((count, record.integer_count), dtype=np.int64)
+        for record, count in ((Visit, 0), (Meeting, 1), (Guest, 0))
+    )
+    return RowPaths(visits, meetings, guests, none, none, none, none, one, none)

@@ -6,173 +6,68 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    accumulate,
-    copy,
-    cross,
-    dot,
-    matrix,
-    minus,
-    numbers_of,
-    plus,
-    put,
-    put_three,
-    rotated,
-    rotated_back,
-    times,
-    vector,
-)
-from kanefe.kernels.bodies import BorderedBodies
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
-from kanefe.kernels.constraints.loop_factors import FORCE_AT_END, LEVER, MOMENT_AT_END, TURN, LoopFactors, modes_size
-from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, LEAST_SHARE, ROW_A, TERM_COUNT
-from kanefe.kernels.constraints.row_paths import OF_JOINT, OF_MODES, VISITED
-from kanefe.kernels.joints.on_arrays import moved_freely, partials, through_axis, through_ball
-from kanefe.kernels.layout import (
-    BASIS,
-    BENT,
-    CARRIED_COUNT,
-    CARRIES,
-    COUNT,
-    DETA,
-    FLEXIBLE,
-    FREE,
-    GIVEN,
-    INTERFACE,
-    KIND,
-    OFFSET,
-    PARENT,
-    ROW,
-    SPEED,
-    SPHERICAL,
-    R,
-)
-from kanefe.kernels.loads.markers import lever_of
-from kanefe.kernels.loads.point_and_field_loads import share_of_modes, wrench_on_slopes
+from kanefe.kernels.algebra.vectors import copy, numbers_of
+from kanefe.kernels.compiler._numba import inlined, vector_kernel
+from kanefe.kernels.constraints.constraint_rows import End, RowKind
+from kanefe.kernels.constraints.loop_tables import LEAST_SHARE, Held, LoopFactors, rows_of, terms_of
+from kanefe.kernels.constraints.row_paths import Visit, Visits
+from kanefe.kernels.joints.by_kind import give_way, moved_by
+from kanefe.kernels.joints.handing import Carried, CarriedRows, hand_force_inward
+from kanefe.kernels.joints.motion import put_three
+from kanefe.kernels.loads.point_and_field_loads import share_of_modes
+from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.modal_elimination import push_through_modes, scale, subtract
-from kanefe.kernels.tables import FlexibleTables, Loops, Tables
+from kanefe.kernels.tree import Frames, InterfaceFrame, InterfaceLink, Kind
+from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 @inlined
-def put_visits(
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    j: int,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    kept: LoopFactors,
-) -> Any:
+def put_visits(scene: Scene, work: Work, held: Held, j: int, is_implicit: bool) -> Any:
     """Write what a unit multiplier of a row does at all it visits; return how much of its reach it has, squared.
 
     That is ``|J|^2`` relative to that of a row whose wrench pointed along all motions on its way, over displacements of
     the scene's size, whatever the inertias. Modes count as what they have: a light body could move the row far by its
-    high modes or its twist, which says nothing of a singular position. Zero for what is round-off of all. A joint with
-    partial velocities v and w has ``v F + w (M + r x F)`` of force and moment at the end, with the lever r to it, and
-    could have the root of ``(v F)^2 + w^2 (M^2 + r^2 F^2)``.
+    high modes or its twist, which says nothing of a singular position. Zero for what is round-off of all.
 
-    Of a joint: e; of a free one the accelerations of its body. Of k modes and n numbers of what the body carries: the
-    forces p on the modes, their accelerations x, what acts on the carried interfaces, how these move, and y. Wrenches
-    are those that a link needs from its parent, against what acts on it.
+    Wrenches are those that a link needs from its parent, against what acts on it.
     """
-    paths, rows, geometry, carried, numbers = loops.paths, tables.rows, tables.geometry, kept.carried, kept.numbers
-    begin, end = paths.first[j], paths.first[j + 1]
-    own = reach = own_of_modes = reach_of_modes = 0.0 * work[0, R]
-    for s in range(begin, end):
-        i = paths.visits[s, VISITED]
-        carried[i, :] = 0.0
-        if paths.visits[s, OF_JOINT] >= 0 and rows[i, KIND] <= GIVEN:
-            numbers[paths.visits[s, OF_JOINT]] = 0.0  # what a coupler applies, until its joint is reached
-        if rows[i, KIND] != INTERFACE and paths.visits[s, OF_MODES] >= 0:
-            body, at = flexible.bodies[rows[i, FLEXIBLE]], paths.visits[s, OF_MODES]
-            numbers[at : at + modes_size(body[COUNT], body[CARRIED_COUNT])] = 0.0
-    if loops.rows[j, KIND_OF] == COUPLER_ROW:
-        _apply_coupler(loops, tables, j, kept)
-    else:
-        for which in range(2):
-            i = loops.rows[j, ROW_A + which]
-            if i >= 0:
-                force = vector(kept.exerted.wrenches, j, 6 * which)
-                moment = vector(kept.exerted.wrenches, j, 6 * which + 3)
-                accumulate(carried, i, 0, times(-1.0, force))
-                accumulate(carried, i, TURN, times(-1.0, moment))
-                arm = lever_of(loops.markers, 2 * j + which, i, work)
-                _hand_ends(carried, i, force, minus(moment, cross(arm, force)), arm)
-    for s in range(begin, end):
-        i, at, of_modes, of_wrench = paths.visits[s]
-        kind, parent = rows[i, KIND], rows[i, PARENT]
-        force, moment = vector(carried, i, 0), vector(carried, i, TURN)
-        lever, moves = vector(carried, i, LEVER), s < paths.common[j]  # what carries both ends does not move the row
-        pull, couple = vector(carried, i, FORCE_AT_END), vector(carried, i, MOMENT_AT_END)
-        twist, along = plus(couple, cross(lever, pull)), dot(pull, pull)
-        across = dot(couple, couple) + dot(lever, lever) * along
-        is_end = s == end - 1 and at < 0 and of_wrench < 0
-        if kind == INTERFACE and not is_end:
-            body = flexible.bodies[rows[i, FLEXIBLE]]
-            if body[COUNT] > 0:
-                G = matrix(work, body[ROW], R)
-                if moves:
-                    reach_of_modes += _modal_reach(loops, flexible, rows, i, along, work, modal)
-                if rows[i, CARRIES]:
-                    if moves:
-                        own_of_modes += _modal_share(loops, flexible, rows, i, pull, twist, work, modal)
-                    put_three(numbers, of_modes, rotated_back(G, force))
-                    put_three(numbers, of_modes + 3, rotated_back(G, moment))
-                    _hand_ends(carried, parent, pull, couple, plus(lever, vector(work, i, OFFSET)))
-                    continue
-                p = numbers[of_modes : of_modes + body[COUNT]]
-                share_of_modes(flexible, rows, i, times(-1.0, force), times(-1.0, moment), work, modal, p)
-        elif of_modes >= 0:
-            a, b, moved = _give_way(
-                loops, flexible, rows[i, FLEXIBLE], of_modes, work, modal, border, is_implicit, numbers
-            )
-            force, moment = plus(force, a), plus(moment, b)
-            if s <= paths.common[j]:
+    kept, links, frames, extents = held.kept, links_of(scene), work.frames, scene.loops.extents
+    row, ways, visits = rows_of(scene.loops)[j], kept.carried, Visits(scene.loops.paths.visits, kept.visited)
+    _begin(scene, work, kept, j)
+    own = reach = own_of_modes = reach_of_modes = 0.0 * frames[-1].p.x
+    for s in range(row.first_visit, row.last_visit):
+        visit, moves = visits[s], s < row.common  # what carries both ends does not move the row
+        link, frame, way = links[visit.row], frames[visit.row], ways[visit.row]
+        f, n = way.f, way.n
+        if link.kind == Kind.INTERFACE and not visit.is_end:
+            if visit.k > 0:
+                moved, could = _bend(scene, work, visit, way, moves)
                 own_of_modes += moved
-        if is_end:
-            put(kept.felt, j, 0, force)
-            put(kept.felt, j, TURN, moment)
-            break
-        if of_wrench >= 0:
-            put_three(numbers, of_wrench, force)
-            put_three(numbers, of_wrench + TURN, moment)
-        if kind == FREE:
-            a, alpha = moved_freely(i, times(-1.0, force), times(-1.0, moment), work)
-            put_three(numbers, at, a)
-            put_three(numbers, at + TURN, alpha)
-            if moves:
-                shift, turn_size = loops.extents[rows[i, SPEED]], loops.extents[rows[i, SPEED] + 3]
-                own += shift * shift * along + turn_size * turn_size * dot(twist, twist)
-                reach += shift * shift * along + turn_size * turn_size * across
-            continue
-        if kind == SPHERICAL:
-            turning, force = through_ball(i, force, moment, work)
-            put_three(numbers, at, turning)
-            moment = times(0.0, moment)
-            if moves:
-                size = loops.extents[rows[i, SPEED]]
-                own += size * size * dot(twist, twist)
-                reach += size * size * across
-        elif at >= 0:
-            v, w = partials(rows, geometry, i, work)
-            applied = numbers[at]
-            if moves:
-                size = loops.extents[rows[i, SPEED]]
-                moved = size * (applied + dot(v, pull) + dot(w, twist))
-                own += moved * moved
-                reach += size * size * (applied * applied + dot(v, v) * along + dot(w, w) * across)
-            e, force, moment = through_axis(rows, geometry, i, applied, force, moment, work)
-            numbers[at] = e
-        if parent >= 0:
-            accumulate(carried, parent, 0, force)
-            offset = vector(work, i, OFFSET)
-            accumulate(carried, parent, TURN, plus(moment, cross(offset, force)))
-            _hand_ends(carried, parent, pull, couple, plus(lever, offset))
+                reach_of_modes += could
+                if link.carries:
+                    f, n = 0.0 * f, 0.0 * n
+        else:
+            if visit.modes >= 0:
+                a, b, moved = _give_way(scene, work, visit, is_implicit)
+                f, n = f + a, n + b
+                if s <= row.common:
+                    own_of_modes += moved
+            if visit.is_end:
+                put_three(kept.felt[j], 0, f)
+                put_three(kept.felt[j], 3, n)
+                break
+            visit.force, visit.moment = f, n
+            if visit.speeds > 0:
+                if moves:
+                    moved, could = moved_by(link, frame, way, visit.answer[0], extents)
+                    own += moved
+                    reach += could
+                f, n = give_way(link, frame, visit.answer, f, n)
+        if link.parent >= 0 and link.kind != Kind.FREE:
+            up = ways[link.parent]
+            hand_force_inward(up, frame.r, f, n)
+            up.pull, up.couple, up.lever = way.pull, way.couple, way.lever + frame.r
     whole = own + own_of_modes
     if not whole.real > LEAST_SHARE * (reach + reach_of_modes).real:  # else its pivot would be below all that count
         return 0.0 * whole
@@ -180,106 +75,96 @@ def put_visits(
 
 
 @inlined
-def _hand_ends(carried: np.ndarray, parent: int, pull: Numbers, couple: Numbers, lever: Numbers) -> None:
-    put(carried, parent, FORCE_AT_END, pull)
-    put(carried, parent, MOMENT_AT_END, couple)
-    put(carried, parent, LEVER, lever)
+def _begin(scene: Scene, work: Work, kept: LoopFactors, j: int) -> None:
+    """Write what acts where the way of a row begins, and nothing on all else that it visits."""
+    row, links, ways, action = rows_of(scene.loops)[j], links_of(scene), kept.carried, kept.actions[j]
+    terms, visits = terms_of(scene.loops), Visits(scene.loops.paths.visits, kept.visited)
+    for s in range(row.first_visit, row.last_visit):
+        visit, way = visits[s], ways[visits[s].row]
+        way.f, way.n, way.pull, way.couple, way.lever = ZERO, ZERO, ZERO, ZERO, ZERO
+        visit.answer[:] = 0.0
+        if visit.modes >= 0:
+            visit.p[:] = 0.0
+            visit.on[:] = 0.0
+    if row.kind == RowKind.COUPLER:  # its driven coordinates do not give way
+        for term in range(row.first_term, row.first_term + row.term_count):
+            for s in range(row.first_visit, row.last_visit):
+                if visits[s].speeds > 0 and links[visits[s].row].speed == terms[term].speed:
+                    visits[s].answer[0] += terms[term].coefficient
+    else:
+        _set_out(row.a, work.frames, ways, -action.force, action.moment_a)
+        _set_out(row.b, work.frames, ways, action.force, action.moment_b)
 
 
 @inlined
-def _modal_reach(
-    loops: Loops,
-    flexible: FlexibleTables,
-    rows: np.ndarray,
-    i: int,
-    force_square: Any,
-    work: np.ndarray,
-    modal: np.ndarray,
-) -> Any:
-    """Return what a force on an interface would move of the modes if it pointed along their motions there."""
-    body, at, bent = flexible.bodies[rows[i, FLEXIBLE]], rows[i, BASIS], rows[i, BENT]
-    k, shift = body[COUNT], 0.0 * work[0, R]
-    for m in range(k):
-        size = loops.extents[body[DETA] + m]
-        for a in range(3):
-            if bent < 0:
-                x = 0.0 * shift + size * flexible.pool[at + a * k + m]
-            else:
-                x = size * modal[bent + a * k + m]
-            shift += x * x
-    return shift * force_square
+def _set_out(end: End, frames: Frames, ways: CarriedRows, force: Vector, moment: Vector) -> None:
+    """Write what acts at an end."""
+    if end.row >= 0:
+        way, arm = ways[end.row], frames[end.row].R @ end.point
+        way.f -= force
+        way.n -= moment
+        way.pull, way.couple, way.lever = force, moment - cross(arm, force), arm
 
 
 @inlined
-def _modal_share(
-    loops: Loops,
-    flexible: FlexibleTables,
-    rows: np.ndarray,
-    i: int,
-    force: Numbers,
-    moment: Numbers,
-    work: np.ndarray,
-    modal: np.ndarray,
-) -> Any:
-    """Return what a wrench in N on an interface moves of the modes."""
-    body, at, bent = flexible.bodies[rows[i, FLEXIBLE]], rows[i, BASIS], rows[i, BENT]
-    k, own = body[COUNT], 0.0 * work[0, R]
-    a, b = wrench_on_slopes(rows, i, force, moment, work)
-    for m in range(k):
-        p = 0.0 * own
-        for c in range(3):
-            if bent < 0:
-                p += flexible.pool[at + c * k + m] * a[c] + flexible.pool[at + (3 + c) * k + m] * b[c]
-            else:
-                p += modal[bent + c * k + m] * a[c] + modal[bent + (3 + c) * k + m] * b[c]
-        own += (loops.extents[body[DETA] + m] * p) ** 2
-    return own
+def _bend(scene: Scene, work: Work, visit: Visit, way: Carried, moves: bool) -> tuple[Any, Any]:
+    """Hand what acts on an interface to the modes of its body; return what it moves of them, and what it could.
+
+    What it carries hands it on, and only then it moves modes by itself.
+    """
+    frames, pool, modal, link = work.frames, scene.flexible.pool, work.modal, InterfaceLink(links_of(scene)[visit.row])
+    G, k, moved = frames[link.parent].R, visit.k, 0.0 * way.pull.x
+    could = moved
+    if moves:
+        first, T = bodies_of(scene, work)[link.flexible].first_deta, InterfaceFrame(frames[visit.row]).tangent
+        sizes = scene.loops.extents[first : first + k]
+        a, b = G.T @ way.pull, T.T @ (G.T @ (way.couple + cross(way.lever, way.pull)))
+        if link.bent < 0:
+            moved, could = _over_modes(pool[link.basis : link.basis + 6 * k].reshape(6, k), sizes, a, b)
+        else:
+            moved, could = _over_modes(modal[link.bent : link.bent + 6 * k].reshape(6, k), sizes, a, b)
+        could = could * dot(way.pull, way.pull)
+    if link.carries:
+        visit.force, visit.moment = G.T @ way.f, G.T @ way.n
+    else:
+        f, n = numbers_of(-way.f), numbers_of(-way.n)
+        share_of_modes(scene.flexible, scene.tables.rows, visit.row, f, n, frames.numbers, modal, visit.p)
+        moved = 0.0 * moved
+    return moved, could
+
+
+@vector_kernel
+def _over_modes(basis: np.ndarray, sizes: np.ndarray, a: Vector, b: Vector) -> tuple[Any, Any]:
+    """Return the squares of what a wrench on an interface in G, on its slopes, moves of the modes, and of its motion.
+
+    The second is that of a unit force along the motion of the interface by each mode.
+    """
+    moved = could = 0.0 * a.x
+    for m in range(len(sizes)):
+        shift, turn = Vector(basis[0, m], basis[1, m], basis[2, m]), Vector(basis[3, m], basis[4, m], basis[5, m])
+        p = sizes[m] * (dot(shift, a) + dot(turn, b))
+        moved += p * p
+        could += sizes[m] * sizes[m] * dot(shift, shift)
+    return moved, could
 
 
 @inlined
-def _apply_coupler(loops: Loops, tables: Tables, j: int, kept: LoopFactors) -> None:
-    """Apply the terms of a coupler at their joints: its driven coordinates do not give way."""
-    paths, rows = loops.paths, tables.rows
-    for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-        speed, coefficient = loops.speeds[term], loops.coefficients[term]
-        for s in range(paths.first[j], paths.first[j + 1]):
-            i, at = paths.visits[s, VISITED], paths.visits[s, OF_JOINT]
-            if at >= 0 and rows[i, SPEED] == speed:
-                kept.numbers[at] += coefficient
-
-
-@inlined
-def _give_way(
-    loops: Loops,
-    flexible: FlexibleTables,
-    f: int,
-    at: int,
-    work: np.ndarray,
-    modal: np.ndarray,
-    border: np.ndarray,
-    is_implicit: bool,
-    numbers: np.ndarray,
-) -> tuple[Numbers, Numbers, Any]:
+def _give_way(scene: Scene, work: Work, visit: Visit, is_implicit: bool) -> tuple[Vector, Vector, Any]:
     """Write how the modes of a body give way to a row; return what its link feels more, in N, and what the row moves.
 
     That is over the coordinates themselves, as what it could move is, and without what it moves by what is carried.
     See `kanefe.kernels.sweeps.modal_elimination`: with G at rest ``x = p - B^T y``, and y as there.
     """
-    body = flexible.bodies[f]
-    k, n, G = body[COUNT], 6 * body[CARRIED_COUNT], matrix(work, body[ROW], R)
-    p, x, rest = numbers[at : at + k], numbers[at + k : at + 2 * k], numbers[at + 2 * k : at + 2 * k + 3 * n]
-    on, moved, held = rest[:n], rest[n : 2 * n], rest[2 * n :]
-    parts, own = BorderedBodies(flexible.bodies, flexible.pool, modal, border)[f], 0.0 * work[0, R]
-    for d in range(k):
-        own += (loops.extents[body[DETA] + d] * p[d]) ** 2
-    scale(body, p.reshape(1, k), modal, is_implicit)
+    f, G, extents = links_of(scene)[visit.row].flexible, work.frames[visit.row].R, scene.loops.extents
+    body = bodies_of(scene, work)[f]
+    p, x, moved, y, basis, first, own = visit.p, visit.x, visit.moved, visit.y, body.basis, body.first_deta, 0.0 * G.x.x
+    for d in range(len(p)):
+        own += (extents[first + d] * p[d]) ** 2
+    scale(scene.flexible.bodies[f], p.reshape(1, len(p)), work.modal, is_implicit)
+    a, b = push_through_modes(body, p, visit.on, moved, y)
     copy(p, x)
-    for c in range(n):
-        subtract(parts.basis[c], on[c], x)
-    a, b = push_through_modes(parts, p, on, moved, held)
-    copy(p, x)
-    for c in range(n):
-        subtract(parts.basis[c], held[c], x)
-    for c in range(n):
-        moved[c] = total(parts.basis[c], x)
-    return rotated(G, numbers_of(a)), rotated(G, numbers_of(b)), own
+    for c in range(len(y)):
+        subtract(basis[c], y[c], x)
+    for c in range(len(y)):
+        moved[c] = total(basis[c], x)
+    return G @ a, G @ b, own

@@ -6,169 +6,139 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, minus, plus, put, times, vector
+from kanefe.kernels.algebra.vectors import as_vector, numbers_of, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, COUPLER_ROW, row_terms
-from kanefe.kernels.constraints.loop_tables import (
-    DIRECTION,
-    FIRST_TERM,
-    FORCE_A,
-    FORCE_B,
-    GOES_ON,
-    IS_BALL,
-    KIND_OF,
-    MOMENT_A,
-    MOMENT_B,
-    POINT,
-    ROW_A,
-    ROW_B,
-    TERM_COUNT,
-    RowWrenches,
-    holds,
-)
-from kanefe.kernels.contact.rigid_points import MET, meet, motion_of_marker, rub_along
-from kanefe.kernels.layout import ACCELERATION, ALPHA, POSITION, R
-from kanefe.kernels.loads.markers import lever_of
+from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, exert, motion_of_end
+from kanefe.kernels.constraints.loop_tables import RowWork, holds, is_normal, rows_of, terms_of
+from kanefe.kernels.contact.rigid_points import MET, meet, rub_along
+from kanefe.kernels.layout import WORK_FORCE
 from kanefe.kernels.loads.point_and_field_loads import push
-from kanefe.kernels.scene import Scene, Work, bodies_of
+from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.sweeps.body_inertia import clear_forces
+from kanefe.kernels.sweeps.elastic import span
 from kanefe.kernels.tables import Loops
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
 
 @kernel
-def write_rows(
-    loops: Loops,
-    gravity: np.ndarray,
-    drives: np.ndarray,
-    z: np.ndarray,
-    count: int,
-    work: np.ndarray,
-    exerted: RowWrenches,
-) -> None:
-    """Write the wrenches of the rows that hold about the origins of their links, and their bias accelerations.
-
-    Parameters
-    ----------
-    count : int
-        Of free speeds.
-    """
-    m, j = len(loops.rows), 0
-    while j < m:
-        last = j + 1
-        while last < m and loops.rows[last, GOES_ON]:
+def write_rows(scene: Scene, state: State, work: Work, kept: RowWork) -> None:
+    """Write what the rows that hold exert, about the origins of their links, and their bias accelerations."""
+    rows, j = rows_of(scene.loops), 0
+    while j < len(rows):
+        row, last = rows[j], j + 1
+        while last < len(rows) and rows[last].goes_on:
             last += 1
-        if holds(loops, j, z):
-            kind = loops.rows[j, KIND_OF]
-            if kind == CONTACT_ROW:
-                _write_contact(loops, j, gravity, z, work, exerted)
-            elif kind == COUPLER_ROW:
-                exerted.remainders[j] = _coupled(loops, j, drives, count, work)
+        if holds(row, state.z):
+            if row.kind == RowKind.CONTACT:
+                _write_contact(scene, state, work, kept, j)
+            elif row.kind == RowKind.COUPLER:
+                kept.actions[j].remainder = over_drives(scene.loops, row, state.drives, 2)
             else:
-                _write_joint(loops, j, last, gravity, work, exerted)
+                _write_joint(scene, work, kept, j, last)
         j = last
 
 
 @inlined
-def _write_contact(
-    loops: Loops, j: int, gravity: np.ndarray, z: np.ndarray, work: np.ndarray, exerted: RowWrenches
-) -> None:
+def _write_contact(scene: Scene, state: State, work: Work, kept: RowWork, j: int) -> None:
     """Write a row of a contact point that touches: its normal row comes first."""
-    met, p, direction = exerted.met, loops.rows[j, POINT], loops.rows[j, DIRECTION]
+    row, action, met, frames = rows_of(scene.loops)[j], kept.actions[j], kept.met, work.frames
+    points, p, direction = scene.loops.points, row.point, row.direction
     if direction == 0:
-        meet(loops.points, p, gravity, work, met)
-        rub_along(loops.points, p, z, work, met)
-    along = vector(met, p, int(MET.normal) + 3 * direction)
-    for end in range(2):
-        row, force = loops.rows[j, ROW_A + end], times(1.0 if end else -1.0, along)
-        arm = vector(met, p, MET.point)
-        if row >= 0:
-            arm = minus(arm, vector(work, row, POSITION))
-        put(exerted.wrenches, j, 6 * end, force)
-        put(exerted.wrenches, j, 6 * end + 3, cross(arm, force))
-    exerted.remainders[j] = met[p, int(MET.remainder) + direction]
+        meet(points, p, scene.tables.gravity, frames.numbers, met)
+        rub_along(points, p, state.z, frames.numbers, met)
+    point, along = as_vector(vector(met, p, MET.point)), as_vector(vector(met, p, int(MET.normal) + 3 * direction))
+    action.force, action.remainder = along, met[p, int(MET.remainder) + direction]
+    action.moment_a = cross(along, point - frames[row.a.row].p)
+    action.moment_b = cross(point - frames[row.b.row].p, along)
 
 
 @inlined
-def _coupled(loops: Loops, j: int, drives: np.ndarray, count: int, work: np.ndarray) -> Any:
-    """Return the bias acceleration of a coupler: of its driven coordinates."""
-    remainder = 0.0 * work[0, R]
-    for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-        if loops.speeds[term] >= count:
-            remainder += loops.coefficients[term] * drives[loops.speeds[term] - count, 2]
-    return remainder
-
-
-@inlined
-def _write_joint(
-    loops: Loops, first: int, last: int, gravity: np.ndarray, work: np.ndarray, exerted: RowWrenches
-) -> None:
+def _write_joint(scene: Scene, work: Work, kept: RowWork, first: int, last: int) -> None:
     """Write the rows of a constraint between two markers."""
-    wrenches, a, b = exerted.wrenches, loops.rows[first, ROW_A], loops.rows[first, ROW_B]
-    lever_a, lever_b = lever_of(loops.markers, 2 * first, a, work), lever_of(loops.markers, 2 * first + 1, b, work)
-    motion_a = motion_of_marker(loops.markers, 2 * first, a, lever_a, gravity, work)
-    motion_b = motion_of_marker(loops.markers, 2 * first + 1, b, lever_b, gravity, work)
+    rows, frames = rows_of(scene.loops), work.frames
+    at_a, at_b = rows[first].a, rows[first].b
+    a, b = motion_of_end(at_a, frames), motion_of_end(at_b, frames)
+    lever_a, lever_b = frames[at_a.row].R @ at_a.point, frames[at_b.row].R @ at_b.point
     for j in range(first, last):
-        force_a, moment_a, force_b, moment_b, remainder = row_terms(
-            loops.rows[j, KIND_OF], loops.numbers, j, loops.rows[j, IS_BALL] != 0, motion_a, motion_b
-        )
-        put(wrenches, j, FORCE_A, force_a)
-        put(wrenches, j, MOMENT_A, plus(moment_a, cross(lever_a, force_a)))
-        put(wrenches, j, FORCE_B, force_b)
-        put(wrenches, j, MOMENT_B, plus(moment_b, cross(lever_b, force_b)))
-        exerted.remainders[j] = remainder
+        action = kept.actions[j]
+        exert(rows[j], a, b, action)
+        action.moment_a -= cross(lever_a, action.force)
+        action.moment_b += cross(lever_b, action.force)
 
 
 @inlined
-def along_row(loops: Loops, j: int, work: np.ndarray, wrenches: np.ndarray, du: np.ndarray) -> Any:
-    """Return J_j du from the share of du in the acceleration of the rows, after a sweep of accelerations."""
-    total = 0.0 * work[0, R]
-    if loops.rows[j, KIND_OF] == COUPLER_ROW:
-        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-            if loops.speeds[term] < len(du):
-                total += loops.coefficients[term] * du[loops.speeds[term]]
-        return total
-    for end in range(2):
-        row = loops.rows[j, ROW_A + end]
-        if row >= 0:
-            total += dot(vector(wrenches, j, 6 * end), vector(work, row, ACCELERATION))
-            total += dot(vector(wrenches, j, 6 * end + 3), vector(work, row, ALPHA))
+def over_speeds(loops: Loops, row: ConstraintRow, u: np.ndarray) -> Any:
+    """Return the sum of the free terms of a coupler, of speeds or their rates u."""
+    terms, total = terms_of(loops), u.dtype.type(0.0)
+    for n in range(row.first_term, row.first_term + row.term_count):
+        if terms[n].coordinate >= 0:
+            total += terms[n].coefficient * u[terms[n].speed]
     return total
 
 
-@kernel
-def push_row(scene: Scene, work: Work, j: int, multiplier: Any, rubs: bool, exerted: RowWrenches) -> None:
-    """Apply what a multiplier of a row exerts, with what it rubs where that is asked for."""
-    loops = scene.loops
-    if loops.rows[j, KIND_OF] == COUPLER_ROW:
-        for term in range(loops.rows[j, FIRST_TERM], loops.rows[j, FIRST_TERM] + loops.rows[j, TERM_COUNT]):
-            work.applied[loops.speeds[term]] += multiplier * loops.coefficients[term]
-        return
-    for end in range(2):
-        row = loops.rows[j, ROW_A + end]
-        force, moment = wrench_on(loops, j, end, rubs, exerted, work.frames.numbers)
-        push(scene, work, row, times(multiplier, force), times(multiplier, moment))
+@inlined
+def over_drives(loops: Loops, row: ConstraintRow, drives: np.ndarray, rate: int) -> float:
+    """Return the sum of the driven terms of a coupler: of positions, speeds or accelerations (0, 1, 2)."""
+    terms, total = terms_of(loops), 0.0
+    for n in range(row.first_term, row.first_term + row.term_count):
+        if terms[n].coordinate < 0:
+            total += terms[n].coefficient * drives[-1 - terms[n].coordinate, rate]
+    return total
 
 
 @inlined
-def wrench_on(
-    loops: Loops, j: int, end: int, rubs: bool, exerted: RowWrenches, work: np.ndarray
-) -> tuple[Numbers, Numbers]:
-    """Return force and moment of a unit multiplier on an end, about the origin of its row; with what it rubs there."""
-    row, p = loops.rows[j, ROW_A + end], loops.rows[j, POINT]
-    force, moment = vector(exerted.wrenches, j, 6 * end), vector(exerted.wrenches, j, 6 * end + 3)
-    if rubs and row >= 0 and loops.rows[j, KIND_OF] == CONTACT_ROW and loops.rows[j, DIRECTION] == 0:
-        rubbed = times(1.0 if end else -1.0, vector(exerted.met, p, MET.tangential))
-        arm = minus(vector(exerted.met, p, MET.point), vector(work, row, POSITION))
-        force, moment = plus(force, rubbed), plus(moment, cross(arm, rubbed))
+def along_ends(action: Action, v_a: Vector, w_a: Vector, v_b: Vector, w_b: Vector) -> Any:
+    """Return what two ends, whose motions are given, move along a row."""
+    return dot(action.force, v_b - v_a) + dot(action.moment_a, w_a) + dot(action.moment_b, w_b)
+
+
+@inlined
+def along_row(scene: Scene, work: Work, kept: RowWork, j: int, du: np.ndarray) -> Any:
+    """Return J_j du from the share of du in the acceleration of the rows, after a sweep of accelerations."""
+    row = rows_of(scene.loops)[j]
+    if row.kind == RowKind.COUPLER:
+        found = over_speeds(scene.loops, row, du)
+    else:
+        a, b = work.frames[row.a.row], work.frames[row.b.row]
+        found = along_ends(kept.actions[j], a.a, a.alpha, b.a, b.alpha)
+    return found
+
+
+@kernel
+def push_row(scene: Scene, work: Work, kept: RowWork, j: int, multiplier: Any, rubs: bool) -> None:
+    """Apply what a multiplier of a row exerts, with what it rubs where that is asked for."""
+    row, terms = rows_of(scene.loops)[j], terms_of(scene.loops)
+    if row.kind == RowKind.COUPLER:
+        for n in range(row.first_term, row.first_term + row.term_count):
+            work.applied[terms[n].speed] += multiplier * terms[n].coefficient
+        return
+    for end in range(2):
+        force, moment = wrench_on(scene, work, kept, j, end, rubs)
+        i = row.b.row if end == 1 else row.a.row
+        push(scene, work, i, numbers_of(multiplier * force), numbers_of(multiplier * moment))
+
+
+@inlined
+def wrench_on(scene: Scene, work: Work, kept: RowWork, j: int, end: int, rubs: bool) -> tuple[Vector, Vector]:
+    """Return force and moment of a unit multiplier on a or b (0, 1), about its row's origin, with what it rubs."""
+    row, action = rows_of(scene.loops)[j], kept.actions[j]
+    if end == 1:
+        force, moment, i, sign = action.force, action.moment_b, row.b.row, 1.0
+    else:
+        force, moment, i, sign = -action.force, action.moment_a, row.a.row, -1.0
+    if rubs and is_normal(row):
+        rubbed = sign * as_vector(vector(kept.met, row.point, MET.tangential))
+        force = force + rubbed
+        moment = moment + cross(as_vector(vector(kept.met, row.point, MET.point)) - work.frames[i].p, rubbed)
     return force, moment
 
 
 @kernel
 def clear_all_forces(scene: Scene, work: Work) -> None:
     """Write no forces on rows, modes and joints."""
-    frames, bodies = work.frames, bodies_of(scene, work)
-    for i in range(len(scene.tables.rows)):
-        clear_forces(frames[i])
+    bodies = scene.flexible.bodies
+    for i in range(len(work.frames) - 1):
+        clear_forces(work.frames[i])
     for f in range(len(bodies)):
-        bodies[f].p[:] = 0.0
+        work.modal[span(bodies[f], WORK_FORCE)][:] = 0.0
     work.applied[:] = 0.0

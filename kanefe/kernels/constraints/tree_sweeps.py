@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.holding import Held, carries_loops, close_at, exert_at, hold_at
+from kanefe.kernels.constraints.holding import carries_loops, close_at, exert_at, hold_at
+from kanefe.kernels.constraints.loop_tables import Held
 from kanefe.kernels.joints.by_kind import accelerate, eliminate, hand_across, hand_through
 from kanefe.kernels.joints.handing import hand_force_inward
 from kanefe.kernels.scene import Scene, Work, links_of
@@ -53,10 +54,8 @@ def sweep_inward(scene: Scene, work: Work, is_implicit: bool, held: Held | None)
         is_link = is_link_at(links, i)
         if is_link and links[i].flexible >= 0:
             eliminate_modes(scene, work, links[i].flexible, is_implicit)
-        if held is not None and carries_loops(held, i):
-            least, most = close_at(
-                held, scene.tables, scene.flexible, i, applied, frames.numbers, work.modal, work.border, is_implicit
-            )
+        if held is not None and carries_loops(scene, i):
+            least, most = close_at(scene, work, held, i, is_implicit)
             weakest, largest = min(weakest, least), max(largest, most)
         if is_link:
             link, frame = links[i], frames[i]
@@ -74,8 +73,8 @@ def sweep_forces_inward(scene: Scene, work: Work, is_implicit: bool, held: Held 
         is_link = is_link_at(links, i)
         if is_link and links[i].flexible >= 0:
             eliminate_modal_forces(scene, work, links[i].flexible, is_implicit)
-        if held is not None and carries_loops(held, i):
-            hold_at(held, scene.tables, scene.flexible, i, applied, frames.numbers, work.modal)
+        if held is not None and carries_loops(scene, i):
+            hold_at(scene, work, held, i)
         if is_link:
             link, frame = links[i], frames[i]
             f, n = hand_through(link, frame, applied)
@@ -95,6 +94,6 @@ def sweep_accelerations(scene: Scene, work: Work, is_implicit: bool, held: Held 
         if is_link:
             accelerate(links[i], frames[i], frames[links[i].parent], applied, du)
         if held is not None:
-            exert_at(held, scene.tables, scene.flexible, i, len(du), applied, frames.numbers, work.modal, work.border)
+            exert_at(scene, work, held, i)
         if is_link and links[i].flexible >= 0:
             modal_accelerations(scene, work, links[i].flexible, is_implicit, du)

@@ -15,11 +15,9 @@ from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import COMPLEX, REAL
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
-from kanefe.kernels.constraints.holding import Held, hold_size
-from kanefe.kernels.constraints.loop_factors import loop_factors_in
-from kanefe.kernels.constraints.loop_tables import unit_responses_in
+from kanefe.kernels.constraints.holding import accelerations_to_hold
+from kanefe.kernels.constraints.loop_tables import hold_size
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
-from kanefe.kernels.constraints.row_wrenches import write_rows
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_inward
 from kanefe.kernels.joints.by_kind import put_coordinate_rates
 from kanefe.kernels.layout import BORDER_SIZE, COUNT, DETA, DRIVES, ETA, MODAL_SIZE, SPEEDS
@@ -61,7 +59,7 @@ def scene_of(tables: Tables, flexible: FlexibleTables, between: LoadsBetween, lo
         modal_size=int(flexible.sizes[MODAL_SIZE]),
         border_size=int(flexible.sizes[BORDER_SIZE]),
         constraint_count=len(loops.rows),
-        holding_size=int(hold_size(loops, speeds)),
+        holding_size=hold_size(loops),
         bearing_count=len(between.bearings),
         load_size=int(between.workspace_size[WHOLE]),
     )
@@ -212,11 +210,7 @@ def accelerate_all(scene: Scene, state: State, work: Work, rates: Rates, is_impl
     """Write du, driving forces and multipliers, and what contacts and joint reactions add to the rates."""
     loops, du = scene.loops, rates.du
     if len(loops.rows) > 0 and len(loops.points.places) == 0:
-        kept = loop_factors_in(work.holding, loops)
-        write_rows(loops, scene.tables.gravity, state.drives, state.z, len(du), work.frames.numbers, kept.exerted)
-        for j in range(len(loops.rows)):
-            kept.rest[j] = -kept.exerted.remainders[j]
-        held = Held(loops, kept, work.multipliers, state.z, False, 0.0)
+        held = accelerations_to_hold(scene, state, work)
         is_regular, weakest = sweep_inward(scene, work, is_implicit, held)
         sweep_accelerations(scene, work, is_implicit, held, du)
     else:
@@ -230,9 +224,7 @@ def accelerate_all(scene: Scene, state: State, work: Work, rates: Rates, is_impl
     if len(loops.points.places) > 0:
         weakest = hold(scene, state, work, is_implicit, du)
         if len(work.reactions) > 0:
-            respond_to_multipliers(scene, work, is_implicit, len(du))
+            respond_to_multipliers(scene, work, is_implicit)
             add_reactions(scene, work)
-        kept_by_contacts = unit_responses_in(work.holding, loops, len(work.applied))
-        rows = work.frames.numbers
-        put_contact_rates(loops, state.z, work.multipliers, kept_by_contacts, rows, rates.dz, rates.powers)
+        put_contact_rates(scene, state, work, rates)
     return is_regular, weakest

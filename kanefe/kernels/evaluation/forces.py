@@ -16,8 +16,7 @@ from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.constraints.loop_factors import loop_factors_in
-from kanefe.kernels.constraints.loop_tables import holds, unit_responses_in, wrenches_in
+from kanefe.kernels.constraints.loop_tables import factors_in, holds, row_work_in, rows_of, unit_responses_in
 from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
 from kanefe.kernels.constraints.told_shares import told_multipliers
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
@@ -149,13 +148,11 @@ def has_all_forces(evaluated: Evaluated, z: np.ndarray) -> bool:
     """Return whether an evaluation knows all multipliers."""
     scene, numbers = evaluated.scene, evaluated.call.numbers
     loops, work = scene.loops, work_in(scene, evaluated.memory)
-    speeds = len(work.applied)
     if numbers[DONE_AS] != RATES or numbers[LEAST_PIVOT] < NEAR_SINGULAR:
         return False
     if len(loops.points.places) > 0:
-        kept = unit_responses_in(work.holding, loops, speeds)
-        return told_multipliers(loops, z, speeds - len(work.driving), work.multipliers, kept)
-    return are_independent(loops, z, work.multipliers, loop_factors_in(work.holding, loops).system.scale)
+        return told_multipliers(loops, z, work.multipliers, unit_responses_in(work.holding, loops))
+    return are_independent(loops, z, work.multipliers, factors_in(work.holding, loops).scale)
 
 
 @inlined
@@ -163,7 +160,7 @@ def are_independent(loops: Loops, z: np.ndarray, multipliers: np.ndarray, scale:
     """Return whether no row depends on others: the multiplier of such a row is left out, and so is zero."""
     left_out = 0
     for j in range(len(multipliers)):
-        if multipliers[j] == 0.0 and scale[j] != 0.0 and holds(loops, j, z):
+        if multipliers[j] == 0.0 and scale[j] != 0.0 and holds(rows_of(loops)[j], z):
             left_out += 1
     return left_out == 0
 
@@ -179,16 +176,16 @@ def put_forces(
     add_forces(scene, state, work, Rates(du, du, own.load_rates, own.powers))
     if len(scene.between.loads) > 0:
         add_and_tell_loads(scene, state, work, own, out[forces.places[ENDS] :])
-    exerted, rows = wrenches_in(own.exerted, loops), work.frames.numbers
-    write_rows(loops, scene.tables.gravity, state.drives, state.z, len(du), rows, exerted)
+    exerted, rows = row_work_in(own.exerted, loops), work.frames.numbers
+    write_rows(scene, state, work, exerted)
     for j in range(len(multipliers)):
         if multipliers[j] != 0.0:
-            push_row(scene, work, j, multipliers[j], True, exerted)
+            push_row(scene, work, exerted, j, multipliers[j], True)
     sweep_outward(scene, with_rates(state, du, moving.still), moving, False)
     add_inertia_forces(scene, work, moving)
     sum_inward(scene, work, out[forces.places[DRIVING] :])
     tell_joints(forces, rows, out[forces.places[REACTIONS] :])
-    tell_loops(forces, loops, multipliers, rows, exerted, out[forces.places[LOOP_FORCES] :])
+    tell_loops(scene, forces, work, exerted, out[forces.places[LOOP_FORCES] :])
     tell_gears(forces, multipliers, out[forces.places[GEAR_FORCES] :])
     for h in range(len(forces.held)):
         hold_components(scene, forces, work, own, h)

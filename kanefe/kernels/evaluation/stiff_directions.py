@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy, cross, plus, three
+from kanefe.kernels.algebra.vectors import as_vector, copy, cross, plus, three
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
@@ -164,7 +164,8 @@ def _put_row(given: Directions, n: int, share: float, along: np.ndarray, out: np
             row[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
         elif at >= 0:
             lever = lever_of(between.markers, end, at, work.frames.numbers)
-            walk_inward(scene, work, at, force, plus(moment, cross(lever, force)), row, given.reach)
+            wrench = as_vector(force), as_vector(plus(moment, cross(lever, force)))
+            walk_inward(scene, work, at, wrench, row, given.reach)
     _over_speeds(scene, work, row, given.reach)
     out[:] = 0.0
     for i in range(free):

@@ -11,6 +11,7 @@ from kanefe.kernels.algebra.vectors import (
     dot,
     matrix,
     minus,
+    numbers_of,
     plus,
     product,
     put_three,
@@ -21,7 +22,7 @@ from kanefe.kernels.algebra.vectors import (
     vector,
 )
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.loop_tables import FORCE_B, MOMENT_B, ROW_A, ROW_B, RowWrenches, wrenches_in
+from kanefe.kernels.constraints.loop_tables import RowWork, row_work_in, rows_of
 from kanefe.kernels.constraints.row_wrenches import wrench_on
 from kanefe.kernels.evaluation.force_tables import (
     AT_ROW,
@@ -39,12 +40,13 @@ from kanefe.kernels.evaluation.force_tables import (
     ForceTables,
     ForceWork,
 )
+from kanefe.kernels.joints.motion import put_three as put_vector
 from kanefe.kernels.layout import BASIS, BENT, COUNT, FLEXIBLE, FORCE, MOMENT, OFFSET, PARENT, POSITION, TANGENT, R
-from kanefe.kernels.loads.markers import axes_of, lever_of
 from kanefe.kernels.loads.point_and_field_loads import point_load
 from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.sweeps.elastic import project
-from kanefe.kernels.tables import Loops
+from kanefe.kernels.values.tensors import ZERO
+from kanefe.kernels.values.tensors import cross as vector_product
 
 
 @kernel
@@ -60,30 +62,21 @@ def tell_joints(forces: ForceTables, work: np.ndarray, told: np.ndarray) -> None
 
 
 @kernel
-def tell_loops(
-    forces: ForceTables,
-    loops: Loops,
-    multipliers: np.ndarray,
-    work: np.ndarray,
-    exerted: RowWrenches,
-    told: np.ndarray,
-) -> None:
+def tell_loops(scene: Scene, forces: ForceTables, work: Work, exerted: RowWork, told: np.ndarray) -> None:
     """Write what each loop joint exerts on its end b, about the origin of b, in its axes."""
+    rows, frames, multipliers = rows_of(scene.loops), work.frames, work.multipliers
     for c in range(len(forces.loops)):
-        force, moment = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        first = forces.loops[c, 0]
-        row = loops.rows[first, ROW_B]
-        lever, axes = (
-            lever_of(loops.markers, 2 * first + 1, row, work),
-            axes_of(loops.markers, 2 * first + 1, row, work),
-        )
+        first, force, moment = forces.loops[c, 0], ZERO, ZERO
+        end = rows[first].b
+        R = frames[end.row].R
+        axes, lever = R @ end.axes, R @ end.point
         for j in range(first, first + forces.loops[c, 1]):
             if multipliers[j] != 0.0:
-                own = times(multipliers[j], vector(exerted.wrenches, j, FORCE_B))
-                turning = times(multipliers[j], vector(exerted.wrenches, j, MOMENT_B))
-                force, moment = plus(force, own), plus(moment, minus(turning, cross(lever, own)))
-        put_three(told, WRENCH * c, rotated_back(axes, force))
-        put_three(told, WRENCH * c + 3, rotated_back(axes, moment))
+                action = exerted.actions[j]
+                own = multipliers[j] * action.force
+                force, moment = force + own, moment + multipliers[j] * action.moment_b - vector_product(lever, own)
+        put_vector(told, WRENCH * c, axes.T @ force)
+        put_vector(told, WRENCH * c + 3, axes.T @ moment)
 
 
 @kernel
@@ -149,7 +142,7 @@ def unit_wrench(component: int, axis: Numbers, T: Numbers) -> tuple[Numbers, Num
 def tell_parts(scene: Scene, forces: ForceTables, state: State, work: Work, own: ForceWork, out: np.ndarray) -> None:
     """Write the parts of the forces at interfaces, about their deformed positions, in G (Eq. 30)."""
     tables, loops, multipliers, rows = scene.tables, scene.loops, work.multipliers, work.frames.numbers
-    exerted = wrenches_in(own.exerted, loops)
+    exerted = row_work_in(own.exerted, loops)
     told, of_ends = out[forces.places[PARTS] :], out[forces.places[ENDS] :]
     for p in range(len(forces.parts)):
         target = forces.parts[p, PART_ROW]
@@ -171,9 +164,10 @@ def tell_parts(scene: Scene, forces: ForceTables, state: State, work: Work, own:
             elif kind == OF_LOOP:
                 for j in range(first, first + count):
                     if multipliers[j] != 0.0:
-                        along, about = wrench_on(loops, j, end, True, exerted, rows)
-                        pull, turning = times(multipliers[j], along), times(multipliers[j], about)
-                        arm = minus(vector(rows, loops.rows[j, ROW_A + end], POSITION), place)
+                        own_force, own_moment = wrench_on(scene, work, exerted, j, end, True)
+                        pull, turning = numbers_of(multipliers[j] * own_force), numbers_of(multipliers[j] * own_moment)
+                        at = rows_of(loops)[j].b.row if end == 1 else rows_of(loops)[j].a.row
+                        arm = minus(vector(rows, at, POSITION), place)
                         force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
             elif kind == OF_LOAD:
                 pull, arm = three(of_ends, WRENCH * first), minus(vector(own.points, first, 0), place)

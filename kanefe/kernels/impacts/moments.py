@@ -12,9 +12,9 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Filler, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
+from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.contact_margins import Looked, find_forces
-from kanefe.kernels.constraints.loop_tables import KIND_OF, RANK_TOLERANCE, UnitResponses, has_loops, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, rows_of, unit_responses_in
 from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import (
     HAS_FRICTION,
@@ -154,7 +154,7 @@ def _evaluate(scene: ContactScene, flags: np.ndarray, t: float, y: np.ndarray, t
 def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None:
     """Write the status of each point, where it meets its surface, and its margins."""
     loops, looked = scene.loops, scene.looked
-    points, kept = loops.points, unit_responses_in(looked.holding, loops, looked.speeds)
+    points, kept = loops.points, unit_responses_in(looked.holding, loops)
     z, forces = y[looked.first_state :], looked.multipliers
     first, touches = len(loops.rows) - 3 * len(points.places), False
     for p in range(len(points.places)):
@@ -166,8 +166,8 @@ def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None
         row, normal = decision.margins[p], forces[first + 3 * p]
         decision.flags[BEFORE, p] = OPEN
         if not is_closed(points, p, z):
-            meet(points, p, scene.tables.gravity, looked.work, kept.exerted.met)
-            row[ON_GAP] = left_of_gap(points, p, z, kept.exerted.met)
+            meet(points, p, scene.tables.gravity, looked.work, kept.met)
+            row[ON_GAP] = left_of_gap(points, p, z, kept.met)
         else:
             row[ON_NORMAL] = normal
             decision.flags[BEFORE, p] = SLIPS if is_slipping(points, p, z) else STICKS
@@ -175,20 +175,20 @@ def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None
                 holding = points.numbers[p, int(OF_POINT.friction) + int(AT.holding)]
                 row[ON_SLIP] = holding * normal - np.hypot(forces[first + 3 * p + 1], forces[first + 3 * p + 2])
             elif points.places[p, HAS_FRICTION] != 0:
-                row[ON_LEFT] = left_of_slip(points, p, z, looked.work, kept.exerted.met)
-        copy(kept.exerted.met[p], decision.now.met[p])
+                row[ON_LEFT] = left_of_slip(points, p, z, looked.work, kept.met)
+        copy(kept.met[p], decision.now.met[p])
 
 
 @kernel
 def _put_moment(scene: ContactScene, flags: np.ndarray, count: int, u: np.ndarray, moment: Moment) -> None:
     """Write what unit forces at the points that take part do; speeds u are followed by the rest of the state."""
     loops, looked, free = scene.loops, scene.looked, moment.responses.shape[1]
-    kept = unit_responses_in(looked.holding, loops, looked.speeds)
+    kept = unit_responses_in(looked.holding, loops)
     first = len(loops.rows) - 3 * len(loops.points.places)
     du = looked.vectors[SLOPE, looked.first_state - free : looked.first_state]
     for a in range(count):
         p = flags[TAKES, a]
-        copy(kept.exerted.met[p], moment.met[p])
+        copy(kept.met[p], moment.met[p])
         axes = axes_of(loops.points.markers, 2 * p, loops.points.places[p, ON_SURFACE], looked.work)
         for c in range(9):
             moment.axes[p, c] = axes[c]
@@ -223,8 +223,8 @@ def _hold_loops(loops: Loops, kept: UnitResponses, flags: np.ndarray, count: int
     """Take from what unit forces do what the loops take up."""
     first = len(loops.rows) - 3 * len(loops.points.places)
     for j in range(len(loops.rows)):
-        kept.spare[j] = kept.scale[j] if loops.rows[j, KIND_OF] != CONTACT_ROW else 0.0
-    tolerance = loops.limits[RANK_TOLERANCE]
+        kept.spare[j] = kept.scale[j] if rows_of(loops)[j].kind != RowKind.CONTACT else 0.0
+    tolerance = Limits(loops.limits).rank_tolerance
     rank, _ = factor(kept.A, kept.spare, tolerance, kept.L, kept.inverses, kept.order, kept.column)
     right, share = kept.live, kept.plain
     for a in range(count):

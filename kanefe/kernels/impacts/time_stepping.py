@@ -208,7 +208,7 @@ def _is_regular(looked: Looked) -> bool:
 def _put_rates(scene: ImpactScene, decision: Decision, march: March, count: int, h: float) -> None:
     """Write the rates of closed points, and how far a step may go into their surfaces."""
     looked, loops, vectors, reals, drives = scene.looked, scene.loops, march.vectors, march.reals, scene.looked.drives
-    kept = unit_responses_in(looked.holding, loops, looked.speeds)
+    kept = unit_responses_in(looked.holding, loops)
     met, row, free = decision.now.met, len(loops.rows) - 3 * len(loops.points.places), looked.speeds - len(drives)
     reals[OWN_DEPTH] = reals[OWN_APPROACH] = reals[OWN_BEND] = 0.0
     for a in range(count):

@@ -27,10 +27,10 @@ from kanefe.kernels.joints.ball import (
     put_euler_rates,
     put_turned,
 )
-from kanefe.kernels.joints.free import accelerate_free, eliminate_free, move_free
+from kanefe.kernels.joints.free import accelerate_free, eliminate_free, move_free, moved_freely
 from kanefe.kernels.joints.given import move_given
-from kanefe.kernels.joints.handing import hand_inward
-from kanefe.kernels.joints.motion import put_motion, three
+from kanefe.kernels.joints.handing import Carried, hand_inward
+from kanefe.kernels.joints.motion import put_motion, put_three, three
 from kanefe.kernels.joints.revolute import eliminate_revolute, move_revolute
 from kanefe.kernels.tree import AxisFrame, BallFrame, Frame, FreeFrame, GivenFrame, Kind, Link
 from kanefe.kernels.values.tensors import NO_INERTIA, NO_MATRIX, ZERO, Vector, cross, dot
@@ -146,32 +146,99 @@ def accelerate(link: Link, frame: Frame, parent: Frame, applied: np.ndarray, du:
 
 
 @inlined
-def answer_along(link: Link, frame: Frame, parent: Frame, applied: np.ndarray, numbers: np.ndarray, at: int) -> Any:
-    """Return what the forces on a link give of the acceleration along a row of a loop, by what its joint answers to it.
+def give_way(link: Link, frame: Frame, answer: np.ndarray, f: Vector, n: Vector) -> tuple[Vector, Vector]:
+    """Write how the joint of a link answers to what it needs from its parent; return what is left of that.
 
     Parameters
     ----------
-    numbers : ndarray
-        From `at` on: acceleration of the joint, angular acceleration of a ball, both of a free body.
+    answer : ndarray, shape (speeds,)
+        Acceleration of the joint, in place of what is applied along it; turning of a ball, both accelerations of a free
+        body.
     """
-    kind, speed = link.kind, link.speed
+    kind = link.kind
     if kind == Kind.SPHERICAL:
-        along = dot(three(numbers, at), frame.n - frame.R @ three(applied, speed))
+        turning, f = force_through_ball(BallFrame(frame), 0.0 * n, f, n)
+        put_three(answer, 0, turning)
+        n = 0.0 * n
     elif kind == Kind.FREE:
-        f = frame.f - parent.R @ (link.axes @ three(applied, speed))
-        n = frame.n - frame.R @ three(applied, speed + 3)
-        along = -(dot(three(numbers, at), f) + dot(three(numbers, at + 3), n))
+        a, alpha = moved_freely(FreeFrame(frame), -f, -n)
+        put_three(answer, 0, a)
+        put_three(answer, 3, alpha)
+        f, n = 0.0 * f, 0.0 * n
+    elif len(answer) > 0:
+        v, w = partials(link, frame)
+        answer[0], f, n = force_along(AxisFrame(frame), v, w, answer[0], f, n)
+    return f, n
+
+
+@inlined
+def moved_by(link: Link, frame: Frame, carried: Carried, applied: Any, sizes: np.ndarray) -> tuple[Any, Any]:
+    """Return the square of how far a joint moves the end of a way, over displacements of some sizes, and if it could.
+
+    A joint with partial velocities v and w has ``v F + w (M + r x F)`` of force and moment at the end, with the lever r
+    to it, and could have the root of ``(v F)^2 + w^2 (M^2 + r^2 F^2)``.
+
+    Parameters
+    ----------
+    applied : number
+        What acts along an axis directly.
+    sizes : ndarray, shape (free,)
+    """
+    kind, size, pull, couple, lever = link.kind, sizes[link.speed], carried.pull, carried.couple, carried.lever
+    twist, along = couple + cross(lever, pull), dot(pull, pull)
+    about, across = dot(twist, twist), dot(couple, couple) + dot(lever, lever) * along
+    if kind == Kind.SPHERICAL:
+        own, reach = size * size * about, size * size * across
+    elif kind == Kind.FREE:
+        shift, turn = size * size * along, sizes[link.speed + 3]
+        own, reach = shift + turn * turn * about, shift + turn * turn * across
     else:
-        own = AxisFrame(frame)
-        along = numbers[at] * own.rest / own.pivot
+        v, w = partials(link, frame)
+        moved, could = applied + dot(v, pull) + dot(w, twist), dot(v, v) * along + dot(w, w) * across
+        own, reach = size * size * moved * moved, size * size * (applied * applied + could)
+    return own, reach
+
+
+@inlined
+def shared_answer(link: Link, frame: Frame, f: Vector, n: Vector, own: np.ndarray, other: np.ndarray) -> Any:
+    """Return what a joint gives along a row of a loop by a unit multiplier of another, from the answers to both.
+
+    Parameters
+    ----------
+    f, n : Vector
+        What the link needs from its parent for the first.
+    """
+    kind = link.kind
+    if kind == Kind.SPHERICAL:
+        along = dot(n, three(other, 0))
+    elif kind == Kind.FREE:
+        along = -(dot(f, three(other, 0)) + dot(n, three(other, 3)))
+    else:
+        along = own[0] * other[0] / AxisFrame(frame).pivot
     return along
 
 
 @inlined
-def answer_further(link: Link, frame: Frame, multiplier: Any, numbers: np.ndarray, at: int) -> None:
+def answer_along(link: Link, frame: Frame, parent: Frame, applied: np.ndarray, answer: np.ndarray) -> Any:
+    """Return what the forces on a link give of the acceleration along a row of a loop, by its joint's answer to it."""
+    kind, speed = link.kind, link.speed
+    if kind == Kind.SPHERICAL:
+        along = dot(three(answer, 0), frame.n - frame.R @ three(applied, speed))
+    elif kind == Kind.FREE:
+        f = frame.f - parent.R @ (link.axes @ three(applied, speed))
+        n = frame.n - frame.R @ three(applied, speed + 3)
+        along = -(dot(three(answer, 0), f) + dot(three(answer, 3), n))
+    else:
+        own = AxisFrame(frame)
+        along = answer[0] * own.rest / own.pivot
+    return along
+
+
+@inlined
+def answer_further(link: Link, frame: Frame, multiplier: Any, answer: np.ndarray) -> None:
     """Add what a multiplier gives of the acceleration along a coordinate; forces that were added say it of others."""
     if link.kind != Kind.SPHERICAL and link.kind != Kind.FREE:
-        AxisFrame(frame).rest += multiplier * numbers[at]
+        AxisFrame(frame).rest += multiplier * answer[0]
 
 
 @inlined

@@ -4,7 +4,32 @@ from __future__ import annotations
 
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.tree import Frame
+from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, cross, skew, symmetric
+
+
+class Carried(Record):
+    """A wrench of a loop on its way inward, at a row of the scene.
+
+    Attributes
+    ----------
+    f, n : Vector
+        What the row needs from its parent, in N: joints on the way have given way to it.
+    pull, couple : Vector
+        Force and moment at the end of the way, before any did.
+    lever : Vector
+        To that end.
+    """
+
+    f: Vector
+    n: Vector
+    pull: Vector
+    couple: Vector
+    lever: Vector
+
+
+class CarriedRows(Rows[Carried]):
+    """Wrenches at all rows of the scene."""
 
 
 @inlined
@@ -21,7 +46,7 @@ def hand_inward(parent: Frame, r: Vector, M: Symmetric, H: Matrix, J: Symmetric,
 
 
 @inlined
-def hand_force_inward(parent: Frame, r: Vector, f: Vector, n: Vector) -> None:
+def hand_force_inward(parent: Frame | Carried, r: Vector, f: Vector, n: Vector) -> None:
     """Add a force and a moment at r from the parent's origin to the parent."""
     parent.f += f
     parent.n += n + cross(r, f)

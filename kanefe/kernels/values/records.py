@@ -298,17 +298,20 @@ class Field:
         return own
 
     def __set__(self, record: Record, value: Any) -> None:
-        memory, kind = record._memory, self.kind
+        memory, kind, numbers, at = record._memory, self.kind, NUMBERS, self.number_at
         if self.is_whole:
             memory[INTEGERS][self.integer_at] = value
-        elif kind is float:
-            memory[NUMBERS][self.number_at] = value
+            return
+        if isinstance(kind, One):
+            numbers, at, kind = kind.pool, kind.place(record.__getattribute__), kind.kind
+        if kind is float:
+            memory[numbers][at] = value
         elif kind not in KINDS:
             raise AttributeError(f"{type(record).__name__}.{self.name} has parts: write these")
         elif type(value) is not kind:
             raise TypeError(f"{type(record).__name__}.{self.name} is a {kind.__name__}, not a {type(value).__name__}")
         else:
-            memory[NUMBERS][self.number_at : self.number_at + self.numbers] = value.numbers
+            memory[numbers][at : at + kind.count] = value.numbers
 
 
 def _is(kind: Any, of: type) -> bool:

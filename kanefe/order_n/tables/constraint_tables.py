@@ -6,12 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW, ROW_NUMBERS
-from kanefe.kernels.constraints.loop_tables import CONSTRAINT_INTEGERS, no_loops
+from kanefe.kernels.constraints.closing import Closing
+from kanefe.kernels.constraints.constraint_rows import ConstraintRow, ConstraintRows, End, RowKind, Term, Terms
+from kanefe.kernels.constraints.loop_tables import Limits, LoopFactors, RowWork, UnitResponses, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
-from kanefe.kernels.loads.markers import MARKER_NUMBERS
-from kanefe.kernels.tables import FlexibleTables, Loops, Tables
+from kanefe.kernels.layout import BORDER_SIZE, COORDINATES, DRIVES, MODAL_SIZE, SPEEDS
+from kanefe.kernels.loads.markers import MARKER_AXES
+from kanefe.kernels.tables import FlexibleTables, Loops, RigidPoints, Tables
+from kanefe.kernels.values.records import filled, room
+from kanefe.kernels.values.tensors import Matrix, Vector
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.rigid_point_tables import rigid_points
 from kanefe.order_n.tables.row_path_tables import row_paths
@@ -19,7 +23,6 @@ from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
 if TYPE_CHECKING:
-    from kanefe.bodies.marker import Marker
     from kanefe.constraints.rows import Constraint, Row
 
 
@@ -28,60 +31,85 @@ def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables)
     model = builder.model
     if not model.is_constrained:
         return no_loops()
-    from kanefe.constraints.rows import CouplerRow
     from kanefe.kane.constraints import RANK_TOLERANCE
 
-    integers, markers, numbers = [], [], []
-    length = scene_length(model)
-    speeds: list[int] = []
-    coefficients: list[float] = []
-    coordinates: list[int] = []
-    before: tuple[Constraint, Marker, Marker] | None = None
-    for constraint, row in ((c, row) for c in model.constraints for row in c.rows):
-        if isinstance(row, CouplerRow):
-            integers.append((row.kind, -1, -1, 0, len(speeds), len(row.terms), *_nature(constraint, row), 0))
-            speeds += [int(model.bodies[body].speeds[coordinate]) for body, coordinate, _ in row.terms]
-            coefficients += [coefficient for _, _, coefficient in row.terms]
-            coordinates += [_coordinate(model, body, coordinate) for body, coordinate, _ in row.terms]
-            markers += [np.zeros(MARKER_NUMBERS)] * 2
-            numbers.append(row.numbers)
-            continue
-        ends = [builder.marker_numbers(marker) for marker in (row.a, row.b)]
-        markers += [place for _, place in ends]
-        between = constraint, row.a, row.b
-        nature = (*_nature(constraint, row), int(between == before))
-        integers.append((row.kind, ends[0][0], ends[1][0], int(row.is_ball), 0, 0, *nature))
-        before = between
-        numbers.append(row.numbers)
-    points = rigid_points(builder)
-    for p, place in enumerate(points.places):
-        for direction in range(3):
-            holds_place = int(direction == 0 or place[HAS_MARK])
-            a, b, status = int(place[ON_SURFACE]), int(place[OF_PROBE]), int(place[STATUS])
-            integers.append((CONTACT_ROW, a, b, direction, p, 0, holds_place, 0, status, 0))
-            markers += [points.markers[2 * p], points.markers[2 * p + 1]]
-            numbers.append(np.zeros(ROW_NUMBERS))
-    rows = np.array(integers, dtype=np.int64).reshape(-1, CONSTRAINT_INTEGERS)
+    given, points = [(c, row) for c in model.constraints for row in c.rows], rigid_points(builder)
+    m, length = len(given) + 3 * len(points.places), scene_length(model)
+    rows = np.zeros((m, ConstraintRow.integer_count), dtype=np.int64)
+    numbers = np.zeros((m, ConstraintRow.number_count))
+    records = ConstraintRows(rows, numbers)
+    terms, coefficients = _fill(records, given, builder)
+    _fill_points(records, len(given), points)
+    paths, visit_numbers = row_paths(records, Terms(terms, coefficients), tables, flexible)
     return Loops(
         rows=rows,
-        markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
-        numbers=np.array(numbers).reshape(-1, ROW_NUMBERS),
-        speeds=np.array(speeds, dtype=np.int64),
-        coefficients=np.array(coefficients, dtype=float),
-        coordinates=np.array(coordinates, dtype=np.int64),
+        numbers=numbers,
+        terms=terms,
+        coefficients=coefficients,
         extents=displacement_scales(model),
         moves=LARGEST_STEP * joint_scales(model, length),
-        limits=np.array([RANK_TOLERANCE, length]),
+        limits=filled(Limits, rank_tolerance=RANK_TOLERANCE, length=length),
         points=points,
-        paths=row_paths(rows, speeds, tables, flexible),
+        paths=paths,
+        sizes=_sizes(
+            tables, flexible, m=m, points=len(points.places), entries=int(paths.ends[-1]), visit_numbers=visit_numbers
+        ),
     )
 
 
-def _nature(constraint: Constraint, row: Row) -> tuple[int, int, int]:
-    """Return whether a row holds coordinates, whether its residual is an angle, and its switch."""
-    from kanefe.constraints.rows import RADIAN
+def _fill(
+    rows: ConstraintRows, given: list[tuple[Constraint, Row]], builder: FrameOffsets
+) -> tuple[np.ndarray, np.ndarray]:
+    """Write the rows of all constraints; return the tables of the terms of couplers."""
+    from kanefe.constraints.rows import RADIAN, CouplerRow
 
-    return int(row.holds_place), int(row.unit == RADIAN), constraint.switch
+    model = builder.model
+    coupled = [term for _, row in given if isinstance(row, CouplerRow) for term in row.terms]
+    terms = np.zeros((len(coupled), Term.integer_count), dtype=np.int64), np.zeros((len(coupled), Term.number_count))
+    for (body, coordinate, coefficient), term in zip(coupled, Terms(*terms), strict=True):
+        term.speed, term.coordinate = int(model.bodies[body].speeds[coordinate]), _coordinate(model, body, coordinate)
+        term.coefficient = coefficient
+    before, first = None, 0
+    for (constraint, own), row in zip(given, rows, strict=False):
+        own.fill(row)
+        row.holds_place, row.is_angle, row.switch = own.holds_place, own.unit == RADIAN, constraint.switch
+        if isinstance(own, CouplerRow):
+            row.a.row = row.b.row = -1
+            row.first_term, row.term_count = first, len(own.terms)
+            first += row.term_count
+            continue
+        between = constraint, own.a, own.b
+        row.goes_on, before = between == before, between
+        _put(row.a, *builder.marker_numbers(own.a))
+        _put(row.b, *builder.marker_numbers(own.b))
+    return terms
+
+
+def _fill_points(rows: ConstraintRows, first: int, points: RigidPoints) -> None:
+    """Write the rows of the points of rigid contacts, three for each from a first one on."""
+    for n in range(3 * len(points.places)):
+        row, (p, direction) = rows[first + n], divmod(n, 3)
+        place = points.places[p]
+        row.kind, row.point, row.direction, row.switch = RowKind.CONTACT, p, direction, place[STATUS]
+        row.holds_place = direction == 0 or place[HAS_MARK] != 0
+        _put(row.a, place[ON_SURFACE], points.markers[2 * p])
+        _put(row.b, place[OF_PROBE], points.markers[2 * p + 1])
+
+
+def _put(end: End, row: int, marker: np.ndarray) -> None:
+    end.row, end.point, end.axes = row, Vector(*marker[:MARKER_AXES]), Matrix(*marker[MARKER_AXES:])
+
+
+def _sizes(tables: Tables, flexible: FlexibleTables, **whole: int) -> np.ndarray:
+    """Return the integers of the memory of loops."""
+    free, driven = int(tables.sizes[SPEEDS]), int(tables.sizes[DRIVES])
+    whole |= {"free": free, "speeds": free + driven, "coordinates": int(tables.sizes[COORDINATES])}
+    whole |= {"frames": len(tables.rows) + 1, "begins": 0}
+    whole |= {"modal": int(flexible.sizes[MODAL_SIZE]), "border": int(flexible.sizes[BORDER_SIZE])}
+    whole["exerted"] = room(RowWork, "begins", **whole)
+    whole["held"] = room(UnitResponses if whole["points"] else LoopFactors, "begins", **whole)
+    whole["closing"] = room(Closing, "begins", **whole)
+    return np.array([whole[name] for name, field in RowWork.fields.items() if field.is_whole], dtype=np.int64)
 
 
 def _coordinate(model: ModelData, body: int, coordinate: int) -> int:

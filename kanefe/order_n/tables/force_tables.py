@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kanefe.kernels.constraints.loop_tables import wrenches_size
+from kanefe.kernels.constraints.loop_tables import exerted_size
 from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
 from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.evaluation.force_tables import (
@@ -106,7 +106,7 @@ class ForceTableBuilder:
                 state_count=model.state_count,
                 end_count=len(between.rows),
                 component_count=len(held["components"]),
-                exerted_size=int(wrenches_size(loops)),
+                exerted_size=exerted_size(loops),
             ),
         )
 

@@ -7,116 +7,128 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kanefe.kernels.constraints.constraint_rows import COUPLER_ROW
-from kanefe.kernels.constraints.loop_factors import WRENCH, modes_size
-from kanefe.kernels.constraints.loop_tables import FIRST_TERM, KIND_OF, ROW_A, ROW_B, TERM_COUNT
-from kanefe.kernels.constraints.row_paths import MEETING_INTEGERS, OF_AXIS, OF_BALL, OF_FREE, VISIT_INTEGERS
-from kanefe.kernels.layout import (
-    CARRIED,
-    CARRIED_COUNT,
-    CARRIES,
-    COUNT,
-    DRIVE,
-    FIXED,
-    FLEXIBLE,
-    FREE,
-    INTERFACE,
-    KIND,
-    PARENT,
-    SPEED,
-    SPHERICAL,
-)
+from kanefe.kernels.bodies import BorderedBodies
+from kanefe.kernels.constraints.constraint_rows import ConstraintRows, RowKind, Terms
+from kanefe.kernels.constraints.row_paths import Guest, Meeting, Visit
 from kanefe.kernels.tables import FlexibleTables, RowPaths, Tables
+from kanefe.kernels.tree import Kind, Link, Links
 
-NONE = -1
+NONE, WRENCH = -1, 6
+SPEEDS = {Kind.FIXED: 0, Kind.SPHERICAL: 3, Kind.FREE: 6, Kind.INTERFACE: 0}
+"""Speeds of links; else one."""
 
 
-def row_paths(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables) -> RowPaths:
-    """Return what constraint rows visit.
+def row_paths(rows: ConstraintRows, terms: Terms, tables: Tables, flexible: FlexibleTables) -> tuple[RowPaths, int]:
+    """Return what constraint rows visit, and how many numbers all visits have; write to the rows which are theirs.
 
     Parameters
     ----------
-    constraints : ndarray of int, shape (m, CONSTRAINT_INTEGERS)
-        See `kanefe.kernels.constraints.loop_tables.Loops`.
-    speeds : sequence of int
-        Of the terms of couplers.
+    rows, terms
+        Of all constraints.
     tables, flexible
         Of the scene.
     """
-    ways = _ways(constraints, speeds, tables, flexible)
+    scene = _Scene(tables, flexible)
+    ways = _ways(rows, terms, scene)
     ends_at = _eliminated_at(ways)
-    first, common, numbers = [0], [], 0
-    visits: list[tuple[int, int, int, int]] = []
+    visits, numbers = list[np.ndarray](), 0
     guests: dict[tuple[int, int, bool], list[tuple[int, int]]] = defaultdict(list)
-    for j, (way, end) in enumerate(zip(ways, ends_at, strict=True)):
+    for j, (row, way, end) in enumerate(zip(rows, ways, ends_at, strict=True)):
         modes: dict[int, int] = {}
         path = [i for i in way.path if i > end]
-        common.append(len(visits) + sum(i > way.meets for i in path))
+        row.first_visit, row.common = len(visits), len(visits) + sum(i > way.meets for i in path)
         for i in path if end < 0 else (*path, end):
-            row, body = tables.rows[i], flexible.bodies[tables.rows[i][FLEXIBLE]] if i in way.bent else None
-            of_joint = of_modes = of_wrench = NONE
-            if body is not None and row[KIND] != INTERFACE:
-                of_modes = modes[i]
-                guests[end, i, True].append((j, len(visits)))
-            if i == end:
-                pass
-            elif row[KIND] == INTERFACE:
-                if body is not None:
-                    link = int(row[PARENT])
-                    if link not in modes:
-                        modes[link] = numbers
-                        numbers += modes_size(int(body[COUNT]), int(body[CARRIED_COUNT]))
-                    of_modes = modes[link]
-                    if row[CARRIES]:
-                        carrying = flexible.carrying[body[CARRIED] : body[CARRIED] + body[CARRIED_COUNT]].tolist()
-                        of_modes += 2 * int(body[COUNT]) + WRENCH * carrying.index(i)
-            else:
-                of_wrench, numbers = numbers, numbers + WRENCH
-                if row[KIND] != FIXED and row[DRIVE] < 0:
-                    of_joint, numbers = numbers, numbers + _size(int(row[KIND]))
-                    guests[end, i, False].append((j, len(visits)))
-            visits.append((i, of_joint, of_modes, of_wrench))
-        first.append(len(visits))
+            visits.append(np.full(Visit.integer_count, NONE))
+            visit, link = Visit(visits[-1], np.zeros(0)), scene.links[i]
+            visit.row, visit.is_end, visit.speeds, visit.k, visit.n = i, i == end, 0, 0, 0
+            if i in way.bent:
+                visit.k, visit.n = scene.modes_of(i)
+            if link.kind == Kind.INTERFACE:
+                if i in way.bent and i != end:
+                    if link.parent not in modes:
+                        modes[link.parent], numbers = numbers, numbers + 2 * visit.k + 3 * visit.n
+                    visit.modes = modes[link.parent]
+                    if link.carries:
+                        visit.wrench = visit.modes + 2 * visit.k + WRENCH * scene.carried(link.flexible).index(i)
+                continue
+            if i in way.bent:
+                visit.modes = modes[i]
+                guests[end, i, True].append((j, len(visits) - 1))
+            if i != end:
+                visit.wrench, visit.speeds = numbers, scene.speeds(link)
+                numbers += WRENCH + visit.speeds
+                if visit.speeds > 0:
+                    guests[end, i, False].append((j, len(visits) - 1))
+        row.last_visit = len(visits)
     order, ends, blocks = _elimination(ends_at, [[j for j, _ in at] for at in guests.values()])
     place = np.argsort(order)
-    rows = np.arange(-1, len(tables.rows) + 1)
-    places = np.searchsorted(np.asarray(ends_at)[order], rows)
+    at_rows = np.arange(-1, len(tables.rows) + 1)
+    places = np.searchsorted(np.asarray(ends_at)[order], at_rows)
     meetings: list[tuple[int, int, int]] = []
     invited: list[tuple[int, int]] = []
     for (_, i, is_modes), at in sorted(guests.items()):
         meetings.append((i, int(is_modes), len(invited)))
         invited += sorted(at, key=lambda guest: place[guest[0]])
     meetings.append((NONE, 0, len(invited)))
-    return RowPaths(
-        first=np.array(first, dtype=np.int64),
-        common=np.array(common, dtype=np.int64),
-        visits=np.array(visits, dtype=np.int64).reshape(-1, VISIT_INTEGERS),
+    paths = RowPaths(
+        visits=np.array(visits, dtype=np.int64).reshape(-1, Visit.integer_count),
+        meetings=np.array(meetings, dtype=np.int64).reshape(-1, Meeting.integer_count),
+        guests=np.array(invited, dtype=np.int64).reshape(-1, Guest.integer_count),
         order=order,
         place=place.astype(np.int64),
         places=places.astype(np.int64),
-        meetings_at=np.searchsorted([end for end, _, _ in sorted(guests)], rows).astype(np.int64),
-        meetings=np.array(meetings, dtype=np.int64).reshape(-1, MEETING_INTEGERS),
-        guests=np.array(invited, dtype=np.int64).reshape(-1, 2),
+        meetings_at=np.searchsorted([end for end, _, _ in sorted(guests)], at_rows).astype(np.int64),
         ends=ends,
         blocks=blocks,
-        sizes=np.array([numbers], dtype=np.int64),
     )
+    return paths, numbers
 
 
-def _ways(constraints: np.ndarray, speeds: Sequence[int], tables: Tables, flexible: FlexibleTables) -> list[_Way]:
+class _Scene:
+    """The links of a scene and its flexible bodies."""
+
+    def __init__(self, tables: Tables, flexible: FlexibleTables) -> None:
+        self.links = list(Links(tables.rows, tables.geometry))
+        self._bodies = BorderedBodies(flexible.bodies, flexible.pool, np.zeros(0), np.zeros(0))
+        self._carrying = flexible.carrying
+
+    def ancestors(self, i: int) -> set[int]:
+        """Return a row and all that carry it."""
+        found: set[int] = set()
+        while i >= 0:
+            found.add(i)
+            i = self.links[i].parent
+        return found
+
+    def speeds(self, link: Link) -> int:
+        """Return how many speeds of a link are free."""
+        return 0 if link.drive >= 0 else SPEEDS.get(Kind(link.kind), 1)
+
+    def carried(self, f: int) -> list[int]:
+        """Return the interfaces of a body that carry something."""
+        body = self._bodies[f]
+        return list(map(int, self._carrying[body.carried : body.carried + body.carried_count]))
+
+    def modes_of(self, i: int) -> tuple[int, int]:
+        """Return how many modes the body of a link or interface has, and numbers of what it carries."""
+        body = self._bodies[self.links[i].flexible]
+        return body.k, WRENCH * body.carried_count
+
+
+def _ways(rows: ConstraintRows, terms: Terms, scene: _Scene) -> list[_Way]:
     """Return the ways of all rows: one for those between the same rows of the scene."""
-    joints = _rows_of_speeds(tables.rows)
+    joints = {link.speed + c: i for i, link in enumerate(scene.links) for c in range(scene.speeds(link))}
     between: dict[tuple[int, int], _Way] = {}
     ways: list[_Way] = []
-    for constraint in constraints:
-        if constraint[KIND_OF] == COUPLER_ROW:
-            at = int(constraint[FIRST_TERM])
-            moved = [joints[speed] for speed in speeds[at : at + int(constraint[TERM_COUNT])] if speed in joints]
-            ways.append(_Way(moved, [int(tables.rows[i, PARENT]) for i in moved], tables, flexible))
+    for row in rows:
+        if row.kind == RowKind.COUPLER:
+            own = range(row.first_term, row.first_term + row.term_count)
+            moved = [joints[terms[n].speed] for n in own if terms[n].speed in joints]
+            ways.append(_Way(moved, [scene.links[i].parent for i in moved], scene))
             continue
-        ends = int(constraint[ROW_A]), int(constraint[ROW_B])
+        ends = row.a.row, row.b.row
         if ends not in between:
-            between[ends] = _Way(ends, ends, tables, flexible)
+            between[ends] = _Way(ends, ends, scene)
         ways.append(between[ends])
     return ways
 
@@ -130,8 +142,7 @@ class _Way:
         Rows of the scene at which it begins; -1: N.
     carriers : sequence of int
         What it is between: these, or of a coupler what carries its joints.
-    tables, flexible
-        Of the scene.
+    scene : _Scene
 
     Attributes
     ----------
@@ -145,21 +156,15 @@ class _Way:
         The joints that move, and the links whose modes do, of what the ends do not share.
     """
 
-    def __init__(self, ends: Sequence[int], carriers: Sequence[int], tables: Tables, flexible: FlexibleTables) -> None:
-        rows = tables.rows
-        self.path = sorted(set().union(*(_ancestors(rows, i) for i in ends)), reverse=True)
-        shared = set.intersection(*(_ancestors(rows, i) for i in carriers)) if carriers else set()
+    def __init__(self, ends: Sequence[int], carriers: Sequence[int], scene: _Scene) -> None:
+        links = scene.links
+        self.path = sorted(set().union(*(scene.ancestors(i) for i in ends)), reverse=True)
+        shared = set.intersection(*(scene.ancestors(i) for i in carriers)) if carriers else set()
         self.meets = max(shared, default=-1)
-        interfaces = [
-            i for i in self.path if rows[i, KIND] == INTERFACE and flexible.bodies[rows[i, FLEXIBLE], COUNT] > 0
-        ]
-        self.bent = {*interfaces, *(int(rows[i, PARENT]) for i in interfaces)}
-        self.held: set[tuple[int, bool]] = set()
-        for i in self.path:
-            if i in self.bent and rows[i, KIND] == INTERFACE and i not in shared:
-                self.held.add((int(rows[i, PARENT]), True))
-            if i not in shared and rows[i, KIND] not in (FIXED, INTERFACE) and rows[i, DRIVE] < 0:
-                self.held.add((i, False))
+        interfaces = [i for i in self.path if links[i].kind == Kind.INTERFACE and scene.modes_of(i)[0] > 0]
+        self.bent = {*interfaces, *(links[i].parent for i in interfaces)}
+        self.held = {(links[i].parent, True) for i in interfaces if i not in shared}
+        self.held.update((i, False) for i in self.path if i not in shared and scene.speeds(links[i]) > 0)
 
 
 def _eliminated_at(ways: Sequence[_Way]) -> list[int]:
@@ -179,29 +184,6 @@ def _eliminated_at(ways: Sequence[_Way]) -> list[int]:
     for j, way in enumerate(ways):
         found[root(j)] = min(found.get(root(j), way.meets), way.meets)
     return [found[root(j)] for j in range(len(ways))]
-
-
-def _rows_of_speeds(rows: np.ndarray) -> dict[int, int]:
-    """Return which row each free speed of a joint is of."""
-    found: dict[int, int] = {}
-    for i, row in enumerate(rows):
-        if row[KIND] not in (FIXED, INTERFACE) and row[DRIVE] < 0:
-            count = {SPHERICAL: 3, FREE: 6}.get(int(row[KIND]), 1)
-            found.update((int(row[SPEED]) + c, i) for c in range(count))
-    return found
-
-
-def _ancestors(rows: np.ndarray, i: int) -> set[int]:
-    """Return a row and all that carry it."""
-    found: set[int] = set()
-    while i >= 0:
-        found.add(i)
-        i = int(rows[i, PARENT])
-    return found
-
-
-def _size(kind: int) -> int:
-    return {SPHERICAL: OF_BALL, FREE: OF_FREE}.get(kind, OF_AXIS)
 
 
 def _elimination(at: Sequence[int], meetings: list[list[int]]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

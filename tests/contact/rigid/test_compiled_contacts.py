@@ -16,8 +16,8 @@ from kanefe.kane.constraints import held_rows
 from kanefe.kane.rigid_contacts.contact_forces import check_determined
 from kanefe.kane.rigid_contacts.impacts import resolved
 from kanefe.kane.route import powers, state_rates
-from kanefe.kernels.constraints.constraint_rows import CONTACT_ROW
-from kanefe.kernels.constraints.loop_tables import KIND_OF
+from kanefe.kernels.constraints.constraint_rows import RowKind
+from kanefe.kernels.constraints.loop_tables import rows_of
 from kanefe.kernels.contact.rigid_points import STATUS
 from kanefe.kernels.events.watched_run import BOUND, BOUND_CHANGES
 from kanefe.kernels.impacts.contact_questions import (
@@ -66,7 +66,7 @@ def own_multipliers(model: Model, y: np.ndarray) -> np.ndarray:
     look.times[0], look.states[0, : len(y)] = T, y
     look.drives[:], look.inputs[:] = route.drives(T), route.values(T, y)
     look.watch()
-    contact = route.loops.rows[:, KIND_OF] == CONTACT_ROW
+    contact = np.array([row.kind == RowKind.CONTACT for row in rows_of(route.loops)])
     found, points = look.workspace.multipliers, look.workspace.multipliers[contact].reshape(-1, 3)
     status = y[model.coordinate_count + model.free_count :][route.loops.points.places[:, STATUS]]
     held = [forces[: 3 if kind == 1.0 else 1] for forces, kind in zip(points, status, strict=True) if kind > 0.0]

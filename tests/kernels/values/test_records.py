@@ -128,6 +128,8 @@ def test_a_record_is_a_view() -> None:
     assert bodies[-1].mass == 4.0
     pool[66:70] = [1.0, 2.0, 3.0, 4.0]  # behind stiffness and shapes, from 30 on
     assert (body.moment.y, body.age) == (2.0, 4.0)
+    body.moment, body.age = 2.0 * body.moment, 5.0
+    assert pool[66:70].tolist() == [2.0, 4.0, 6.0, 5.0]
     assert "mass = 4.0" in repr(body)
 
 
@@ -234,6 +236,8 @@ def work(integers: IntegerRows, numbers: ValueRows, pool: Values) -> None:
             wheel.stiffness[j, 2 * j] += wheel.few[1]
             wheel.shapes[j] = wheel.shapes[j] + body.J
         wheel.shapes.numbers[0] += wheel.age * wheel.moment.z
+        wheel.moment += b
+        wheel.age = 2.0 * wheel.age
         wheel.is_heavy = not wheel.is_heavy
 
 
