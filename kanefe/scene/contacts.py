@@ -147,30 +147,16 @@ class ContactMethods(LoadMethods):
         """
         from kanefe.contact.contact import Contact
         from kanefe.contact.convex_contact import ConvexContact
-        from kanefe.contact.geometry.look import Look
         from kanefe.contact.hull_contact import HullContact
         from kanefe.contact.rigid.rigid import check_normal
         from kanefe.contact.rigid.rigid_contact import RigidContact
-        from kanefe.contact.surface import Surface
         from kanefe.contact.wanted_contact import WantedContact
         from kanefe.kernels.contact.laws.friction_law import friction_law
 
         label = self._new_load(name, "contact")
         check_normal(normal, label)
         rough = friction_law(friction, label)
-        if isinstance(other, ContactPatch):
-            raise ModelError(
-                f"{label}: facets of flexible bodies, here {other.frames[0].label}, are not touched. Remedy: a surface "
-                "on an interface of it, add_surface(name, body.interface(...), shape); its points touch others"
-            )
-        for side in (one, other):
-            if isinstance(side, Surface) and isinstance(side.shape, Look):
-                raise ModelError(
-                    f"{label}: surface {side.name!r} is a look, which nothing touches. Remedy: shapes.Mesh or another "
-                    "shape for contacts"
-                )
-        if not isinstance(other, Surface):
-            raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
+        _check_touched(one, other, label)
         frames, other, probes, convex, hull = self._touching(one, other, label)
         _warn_of_valleys(other.shape, [probe for _, probe in probes], label)
         if any(frame.number == other.frame.number and frame.interface_frame is None for frame in frames):
@@ -296,6 +282,26 @@ def _warn_of_stiff_modes(patch: ContactPatch, stiffness: float | None, label: st
             AccuracyWarning,
             stacklevel=outside(),
         )
+
+
+def _check_touched(one: object, other: object, label: str) -> None:
+    """Raise a ModelError if one side cannot touch the other."""
+    from kanefe.contact.geometry.look import Look
+    from kanefe.contact.surface import Surface
+
+    if isinstance(other, ContactPatch):
+        raise ModelError(
+            f"{label}: facets of flexible bodies, here {other.frames[0].label}, are not touched. Remedy: a surface "
+            "on an interface of it, add_surface(name, body.interface(...), shape); its points touch others"
+        )
+    for side in (one, other):
+        if isinstance(side, Surface) and isinstance(side.shape, Look):
+            raise ModelError(
+                f"{label}: surface {side.name!r} is a look, which nothing touches. Remedy: shapes.Mesh or another "
+                "shape for contacts"
+            )
+    if not isinstance(other, Surface):
+        raise ModelError(f"{label} needs a surface that is touched, not {other!r}. Remedy: add_surface")
 
 
 def _warn_of_valleys(shape: SurfaceShape, probes: Sequence[Probe], label: str) -> None:
