@@ -207,6 +207,10 @@ def contact_numbers(contact: ContactData) -> Vector:
     rests_at = 0.0
     if rest is not None:
         rests_at = put(np.hstack((rest.material, rest.marks, rest.turns.reshape(-1, 9))))
+    rubs = dict.fromkeys(("friction", "friction_at", "holds", "has_memory", "turning", "relaxation", "spring"), 0.0)
+    if friction is not None:
+        rubs |= {name: getattr(friction, name) for name in ("holds", "has_memory", "relaxation", "spring")}
+        rubs |= {"friction": friction.kind, "friction_at": put(friction.block), "turning": friction.turning_states}
     head = filled(
         ContactNumbers,
         kind=contact.found_as,
@@ -224,16 +228,10 @@ def contact_numbers(contact: ContactData) -> Vector:
         impact_number=law.impact_number,
         least_speed=law.least_speed,
         branches=law.has_branch,
-        friction=0.0 if friction is None else friction.kind,
-        friction_at=0.0 if friction is None else put(friction.block),
-        holds=friction is not None and friction.holds,
-        has_memory=friction is not None and friction.has_memory,
-        turning=0.0 if friction is None else friction.turning_states,
-        relaxation=0.0 if friction is None else friction.relaxation,
-        spring=0.0 if friction is None else friction.spring,
         first=contact.begins,
         each=contact.each,
         faces=put(contact.face_numbers) if len(contact.face_numbers) else 0.0,
         points=(),
+        **rubs,
     )
     return np.concatenate((head, *parts))

@@ -14,7 +14,7 @@ from kanefe.kernels.compiler.local_numbers import local_numbers
 from kanefe.kernels.contact import contact_forces as kernels
 from kanefe.kernels.contact import contact_outputs
 from kanefe.kernels.contact.contact_places import AtState, ContactNumbers, Place
-from kanefe.kernels.contact.meeting import meet, place_of
+from kanefe.kernels.contact.meeting import look, look_up
 from kanefe.kernels.contact.output_places import POINT_OUTPUTS
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES, Done
 from kanefe.loads.action import Action, End, LoadKernel
@@ -80,9 +80,9 @@ class InPython:
     def touches(self) -> list[Touch]:
         """Return what each point does."""
         numbers, _, ends, states = self._given
-        at, room = AtState(ContactNumbers(numbers), numbers, ends, states), local_numbers()
-        met = meet(at, room, room, room)
-        return [self._touch(at, i, place_of(at, i, met)) for i in range(len(self.contact.probes))]
+        at = AtState(ContactNumbers(numbers), numbers, ends, states)
+        met = look(at, local_numbers())
+        return [self._touch(at, i, look_up(at, i, met)) for i in range(len(self.contact.probes))]
 
     def _touch(self, at: AtState, i: int, place: Place) -> Touch:
         contact, number = self.contact, self.contact.probes[i][0]

@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.kernels.contact import granular_scene as scene
 from kanefe.kernels.contact.granular_contacts import DONE, march_granular
-from kanefe.kernels.values.records import allocate, column, filled
+from kanefe.kernels.values.records import Record, allocate, column, filled
 from kanefe.kernels.values.tensors import Vector
 from kanefe.tree.model_data import QUADRATURES, ModelData
 
@@ -44,6 +44,11 @@ def lacking(model: ModelData) -> str:
         if body.loads or body.joint_loads or not body.has_gravity:
             return f"forces on body {body.name!r}"
     return ""
+
+
+def _rows_of(record: type[Record], count: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return arrays of zeros for so many records, of integers and of numbers."""
+    return np.zeros((count, record.integer_count), dtype=np.int64), np.zeros((count, record.number_count))
 
 
 class GranularSteps:
@@ -85,12 +90,12 @@ class GranularSteps:
         self._control.most_sweeps = MOST_SWEEPS
         self._order = np.argsort(self.balls[:, column(scene.Ball, "centre")]).astype(np.int64)
         self._kept, self._keys = np.zeros((0, 3)), np.zeros(1, dtype=np.int64)
-        self._groups = scene.rows_of(scene.Group, len(bodies))
+        self._groups = _rows_of(scene.Group, len(bodies))
         self._make_room(ROOM * len(balls) + 16)
 
     def _make_room(self, most: int) -> None:
         kept, keys = self._kept, self._keys
-        self._contacts = scene.rows_of(scene.Contact, most)
+        self._contacts = _rows_of(scene.Contact, most)
         self._slots = np.full(1 << int(2 * most).bit_length(), -1, dtype=np.int64)
         self._kept, self._keys = np.zeros((most, 3)), np.zeros(most + 1, dtype=np.int64)
         self._kept[: len(kept)] = kept
@@ -169,7 +174,7 @@ class GranularSteps:
         room = np.zeros(balls), np.zeros((balls, 3))
         while True:
             kept = self._slots, self._keys, self._kept
-            memory = scene.Steps(*self._memory, q, u, self._order, *room, *self._contacts, *kept, *self._groups)
+            memory = scene.Steps._make((*self._memory, q, u, self._order, *room, *self._contacts, *kept, *self._groups))
             if march_granular(self._given, memory) == DONE:
                 break
             self._make_room(2 * len(self._kept))

@@ -41,9 +41,8 @@ SHARED = {
 SECONDS = {
     "engine": 42.0,
     "engine-complex": 22.0,
-    "contact_forces": 8.0,
-    "convex_forces": 5.0,
-    "hull_forces": 8.5,
+    "contact_forces": 19.0,
+    "contact_outputs": 6.0,
     "granular_contacts": 2.3,
     "time_stepping": 2.3,
 }

@@ -29,7 +29,7 @@ from kanefe.kernels.contact.laws.coulomb import CoulombNumbers
 from kanefe.kernels.contact.laws.friction_law import Rubbed, Sliding
 from kanefe.kernels.contact.laws.normal_law import Pressing
 from kanefe.kernels.contact.laws.turning import Turning, couple
-from kanefe.kernels.contact.meeting import meet, place_of
+from kanefe.kernels.contact.meeting import look, look_up, meet, place_of
 from kanefe.kernels.force_elements.coordinate_stop import impact_damping
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches, rates_of
 from kanefe.kernels.values.tensors import Vector, cross, dot
@@ -173,6 +173,12 @@ def touching(at: AtState, i: int, place: Place) -> Touching:
     return Touching(along, carried, rate, force, w, rubbed)
 
 
+@kernel
+def felt(at: AtState, i: int, place: Place) -> Touching:
+    """Return the same, for code that is not called in each evaluation."""
+    return touching(at, i, place)
+
+
 @inlined
 def is_held(at: AtState, first: int) -> bool:
     """Return whether a point sticks, as far as that is remembered."""
@@ -208,9 +214,9 @@ def turned(at: AtState, i: int, place: Place, pressed: Any, done: Done) -> Vecto
 def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write its event values: see `kanefe.contact.contact_events.Watched`."""
     at, room = AtState(ContactNumbers(numbers), numbers, ends, states), local_numbers()
-    met, seen = meet(at, room, room, room), WatchedSoFar(-np.inf, np.inf, -np.inf, np.inf, False)
+    met, seen = look(at, room), WatchedSoFar(-np.inf, np.inf, -np.inf, np.inf, False)
     for i in range(int(at.own.count)):
-        seen = watched(at, i, place_of(at, i, met), out, seen)
+        seen = watched(at, i, look_up(at, i, met), out, seen)
     out[0] = out[1] = seen.deepest
     if at.own.holds > 0.0:
         out[2] = seen.most if seen.most > -np.inf else seen.shallowest * at.own.stiffness
@@ -224,11 +230,11 @@ def contact_watch(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, o
 def contact_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write the states after an event: the damping of an impact, or that points at their limit slip or stick."""
     at, room, event = AtState(ContactNumbers(numbers), numbers, ends, states), local_numbers(), int(inputs[0])
-    own, met = at.own, meet(at, room, room, room)
+    own, met = at.own, look(at, room)
     if event == TOUCHES:
         deepest, speed = -np.inf, 0.0
         for i in range(int(own.count)):
-            place = place_of(at, i, met)
+            place = look_up(at, i, met)
             if place.depth > deepest:
                 deepest = place.depth
                 speed = -dot(velocity(Ends(at.ends)[0], end_of(at, i), place.point), place.normal)
@@ -236,9 +242,9 @@ def contact_change(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, 
         return
     to, extreme = 1.0 if event == STICKS else 0.0, -np.inf
     for i in range(int(own.count)):
-        extreme = max(extreme, way_past(at, i, place_of(at, i, met), to)[0])
+        extreme = max(extreme, way_past(at, i, look_up(at, i, met), to)[0])
     for i in range(int(own.count)):
-        past, force = way_past(at, i, place_of(at, i, met), to)
+        past, force = way_past(at, i, look_up(at, i, met), to)
         if past > -np.inf and past >= min(extreme, -AT_THE_LIMIT * force):
             AnchorStates(out, 1 + first_state_of(at, i)).sticks = to
 
@@ -251,7 +257,7 @@ def way_past(at: AtState, i: int, place: Place, to: float) -> tuple[float, float
     """
     if is_apart(at, i, place) or (AnchorStates(at.states, first_state_of(at, i)).sticks > 0.5) == (to > 0.5):
         return -np.inf, 0.0
-    found = touching(at, i, place)
+    found = felt(at, i, place)
     return (1.0 - 2.0 * to) * found.rubbed.beyond, found.normal.force
 
 
@@ -278,7 +284,7 @@ def watched(at: AtState, i: int, place: Place, out: Any, seen: WatchedSoFar) -> 
     deepest, shallowest = max(seen.deepest, depth), min(seen.shallowest, depth)
     if depth <= 0.0 or not holds:
         return WatchedSoFar(deepest, shallowest, seen.most, seen.least, seen.is_any)
-    found, held = touching(at, i, place), is_held(at, first_state_of(at, i))
+    found, held = felt(at, i, place), is_held(at, first_state_of(at, i))
     beyond, force = found.rubbed.beyond, found.normal.force
     if reports_points:
         near = AT_THE_LIMIT * force if has_memory else 0.0

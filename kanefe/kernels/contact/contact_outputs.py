@@ -10,7 +10,7 @@ from kanefe.kernels.algebra.lengths import across, norm
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.compiler.local_numbers import local_numbers
-from kanefe.kernels.contact.contact_forces import touching
+from kanefe.kernels.contact.contact_forces import felt
 from kanefe.kernels.contact.contact_places import (
     AnchorStates,
     AtState,
@@ -21,7 +21,7 @@ from kanefe.kernels.contact.contact_places import (
     first_state_of,
 )
 from kanefe.kernels.contact.detection import velocity
-from kanefe.kernels.contact.meeting import meet, place_of
+from kanefe.kernels.contact.meeting import look, look_up
 from kanefe.kernels.contact.output_places import OPEN, SLIPS, STICKS, ContactOutputs, PointOutputs, PointsOutputs
 from kanefe.kernels.force_elements.places import WATCH_SIGNATURE, Ends
 from kanefe.kernels.values.tensors import ZERO
@@ -31,15 +31,15 @@ from kanefe.kernels.values.tensors import ZERO
 def contact_outputs(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write what `kanefe.contact.contact.Contact.columns` name."""
     at, room, told = AtState(ContactNumbers(numbers), numbers, ends, states), local_numbers(), ContactOutputs(out)
-    met, has_friction = meet(at, room, room, room), at.own.friction > 0.0
+    met, has_friction = look(at, room), at.own.friction > 0.0
     force, rubbed, moved, nearest = ZERO, ZERO, ZERO, ZERO
     pressed, deepest, margin, is_any = 0.0, -np.inf, -np.inf, False
     for i in range(int(at.own.count)):
-        place = place_of(at, i, met)
+        place = look_up(at, i, met)
         if place.depth > deepest:
             deepest, nearest = place.depth, place.point
         if place.depth > 0.0 and place.share > 0.0:
-            found = touching(at, i, place)
+            found = felt(at, i, place)
             own = found.normal.force
             force, rubbed = force + own * place.normal, rubbed + found.rubbed.force
             moved, pressed = moved + own * place.point, pressed + own
@@ -56,9 +56,9 @@ def contact_outputs(t: float, numbers: Any, inputs: Any, ends: Any, states: Any,
 def contact_point_outputs(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any) -> None:
     """Write `PointOutputs` of each point."""
     at, room = AtState(ContactNumbers(numbers), numbers, ends, states), local_numbers()
-    met = meet(at, room, room, room)
+    met = look(at, room)
     for i in range(int(at.own.count)):
-        tell_point(at, i, place_of(at, i, met), PointsOutputs(out)[i])
+        tell_point(at, i, look_up(at, i, met), PointsOutputs(out)[i])
 
 
 @inlined
@@ -77,7 +77,7 @@ def tell_point(at: AtState, i: int, place: Place, told: PointOutputs) -> None:
         if has_friction and at.own.rests_at == 0.0:
             told.stretch = A_s.T @ across(A_s @ AnchorStates(at.states, first_state_of(at, i)).stretch, n)
         return
-    found = touching(at, i, place)
+    found = felt(at, i, place)
     rubbed = found.rubbed
     sticks = has_friction and rubbed.beyond <= 0.0
     passed = velocity(Ends(at.ends)[0], end_of(at, i), place.point)

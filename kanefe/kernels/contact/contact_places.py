@@ -26,42 +26,14 @@ class Kind(IntEnum):
 class ContactNumbers(Record):
     """Numbers of a contact; those of its points follow, then those of a rest, of the shape and of the laws.
 
-    Attributes
-    ----------
-    kind : float
-        See `Kind`.
-    count, ends : float
-        How many points and ends there are.
-    shape, rests_at : float
-        Where the shape begins; where the rest does that it is looked at about, 0: none.
-    softness : float
-        m: see `kanefe.contact.rest.Rest`.
-    belt : Vector
-        Velocity of the surface in its own axes, m/s.
-    reports_points : float
-        Whether events of each point are looked for.
-    normal, normal_at : float
-        Kind of the normal law, and where its numbers begin.
-    stiffness : float
-        What counts as that of the normal law, N/m.
-    impact : float
-        Where the state is that an impact sets; -1: there is none.
-    impact_number, least_speed : float
-        That state times the speed of an impact, and the least speed (m/s) that counts.
-    branches : float
-        Whether each point has a branch of a hysteresis, its last state.
-    friction, friction_at : float
-        Kind of friction, 0: none, and where its numbers begin.
-    holds, has_memory, turning : float
-        Of friction: whether what sticks stays; whether a state tells that; states against turning.
-    relaxation, spring : float
-        1/s and N/m: see `kanefe.kernels.contact.laws.friction_law.FrictionLaw`.
-    first, each : float
-        Where the states of the points begin, and how many one has.
-    faces : float
-        Where the faces at the corners of a hull begin; 0: none.
-    points : list
-        `ContactPoints`.
+    Of what is in the scene: its `Kind`; how many points and ends there are; where the shape begins, and the rest that
+    it is looked at about, 0: none, with its softness, m; the velocity of the surface in its own axes, m/s; whether
+    events of each point are looked for. Of the normal law: its kind, where its numbers begin, and what counts as its
+    stiffness, N/m; where the state is that an impact sets, -1: none, that state times the speed of an impact and the
+    least speed (m/s) that counts; whether each point has a branch of a hysteresis, its last state. Of friction: its
+    kind, 0: none, and where its numbers begin; whether what sticks stays, and whether a state tells that; states
+    against turning; relaxation and spring, 1/s and N/m. Where the states of the points begin, and how many one has;
+    where the faces at the corners of a hull begin; and `ContactPoints`.
     """
 
     kind: float

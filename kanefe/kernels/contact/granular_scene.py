@@ -177,10 +177,3 @@ class Steps(NamedTuple):
     kept: RealRows
     groups: IntegerRows
     sums: RealRows
-
-
-def rows_of(record: type[Record], count: int) -> tuple[Any, Any]:
-    """Return arrays of zeros for so many records, of integers and of numbers."""
-    import numpy as np
-
-    return np.zeros((count, record.integer_count), dtype=np.int64), np.zeros((count, record.number_count))

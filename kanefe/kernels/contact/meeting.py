@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_boxes import BoxesMet, HalfBox, box_slot, boxes_meet
 from kanefe.kernels.contact.contact_places import AtState, Kind, Place, end_of, point_of
 from kanefe.kernels.contact.contact_shapes import Box
@@ -14,7 +14,6 @@ from kanefe.kernels.contact.convex_places import PatchMet, patch_met, patch_plac
 from kanefe.kernels.contact.detection import located
 from kanefe.kernels.contact.hull_shares import HullMet, hull_corner, hull_met
 from kanefe.kernels.force_elements.places import Ends
-from kanefe.kernels.values.tensors import Vector
 
 Met = namedtuple("Met", "boxes corners patch")
 """What is known of all points of a contact, of that kind of it that the contact is."""
@@ -23,8 +22,9 @@ Met = namedtuple("Met", "boxes corners patch")
 @inlined
 def meet(at: AtState, slots: Any, ahead: Any, behind: Any) -> Met:
     """Return what is known of all points; there is room for slots, ahead and behind for derivatives alone."""
-    kind, zero = int(at.own.kind), 0.0 * Ends(at.ends)[0].p.x
-    boxes, corners = BoxesMet(Vector(zero, zero, zero), zero, -1, -1), HullMet(zero, zero)
+    kind, none = int(at.own.kind), 0.0 * Ends(at.ends)[0].p
+    zero = none.x
+    boxes, corners = BoxesMet(none, zero, -1, -1), HullMet(zero, zero)
     patch = PatchMet(zero, Slots(slots), Slots(ahead), Slots(behind))
     if kind == Kind.BOXES:
         boxes = boxes_meet(*both_boxes(at))
@@ -55,3 +55,15 @@ def place_of(at: AtState, i: int, met: Met) -> Place:
         depth, point = box_slot(met.boxes, -1 - int(own.ring), *both_boxes(at))
         return Place(depth, met.boxes.normal, point, own.share + 0.0 * depth)
     return located(at, i)
+
+
+@kernel
+def look(at: AtState, room: Any) -> Met:
+    """Return what is known of all points, of real numbers: for code that is not called in each evaluation."""
+    return meet(at, room, room, room)
+
+
+@kernel
+def look_up(at: AtState, i: int, met: Met) -> Place:
+    """Return where a point is, likewise."""
+    return place_of(at, i, met)

@@ -94,7 +94,8 @@ class Meeting(Record):
 Meetings = Rows[Meeting]
 
 
-MET: Any = namedtuple("MetNumbers", list(Meeting.fields))(*(column(Meeting, name) for name in Meeting.fields))
+_MetNumbers = namedtuple("_MetNumbers", "gap place point normal first second rates remainder tangential")
+MET: Any = _MetNumbers._make(column(Meeting, name) for name in Meeting.fields)
 MET_NUMBERS = Meeting.number_count
 
 

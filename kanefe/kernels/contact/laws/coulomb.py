@@ -144,7 +144,7 @@ class Coulomb(AnchoredFriction):
         return filled_from(self, CoulombNumbers, mu_along=along, mu_across=across, axis=axis)
 
     @property
-    def has_memory(self) -> bool:
+    def has_memory(self) -> bool:  # type: ignore[override]
         """Whether it slips by another coefficient than it sticks by, so that it has to be known which it does."""
         return self.static is not None and self.static > self.sliding
 
@@ -180,7 +180,7 @@ class Coulomb(AnchoredFriction):
         return SteadyNumbers(self.sliding, self.holding, self.stribeck_speed, GAUSSIAN)
 
     @property
-    def axis(self) -> np.ndarray | None:
+    def axis(self) -> np.ndarray | None:  # type: ignore[override]
         """The direction of the first of two coefficients, in axes of the surface; None: there is but one."""
         return direction(self.along, "along of Coulomb") if len(set(self.coefficients)) > 1 else None
 

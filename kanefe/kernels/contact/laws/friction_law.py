@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections import namedtuple
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -17,61 +18,15 @@ from kanefe.kernels.values.records import Record, filled_from
 STIFFNESS_RATIO = 1.0
 """Default stiffness of an anchor relative to that of the normal law."""
 
+Sliding = namedtuple("Sliding", "share pressed normal A_s along stretch is_held waits rests")
+"""What a law is asked about, a point that touches: its share of the contact; the normal force, N; the normal, and the
+axes of the surface, in N; the velocity along the surface, m/s, and the stretch, m, in N; whether it sticks as far as
+that is remembered; whether an event ends the sticking, see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`; and
+whether the stretch follows the motion from a state of rest."""
 
-class Sliding(NamedTuple):
-    """What a law is asked about: a point that touches.
-
-    Attributes
-    ----------
-    share : float
-        Of the contact, that the point has.
-    pressed : float
-        Normal force, N.
-    normal, along, stretch : Vector
-        Normal; velocity along the surface, m/s; stretch, m; in N.
-    A_s : Matrix
-        From the axes of the surface to those of N.
-    is_held : bool
-        Whether it sticks as far as that is remembered.
-    waits : bool
-        Whether an event ends the sticking: see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`.
-    rests : bool
-        Whether the stretch follows the motion from a state of rest.
-    """
-
-    share: Any
-    pressed: Any
-    normal: Any
-    A_s: Any
-    along: Any
-    stretch: Any
-    is_held: bool
-    waits: bool
-    rests: bool
-
-
-class Rubbed(NamedTuple):
-    """What a law gives.
-
-    Attributes
-    ----------
-    force : Vector
-        Friction, N, against the motion.
-    stretch_rate : Vector
-        m/s.
-    stiffness : float
-        Whose energy is in the stretch, N/m.
-    slip : float
-        Speed of the slip, m/s.
-    beyond : float
-        The pull beyond what friction holds, or what of it slips, N.
-    """
-
-    force: Any
-    stretch_rate: Any
-    stiffness: Any
-    slip: Any
-    beyond: Any
+Rubbed = namedtuple("Rubbed", "force stretch_rate stiffness slip beyond")
+"""What a law gives: friction, N, against the motion; the rate of the stretch, m/s; the stiffness whose energy is in the
+stretch, N/m; the speed of the slip, m/s; and the pull beyond what friction holds, or what of it slips, N."""
 
 
 class FrictionLaw(ABC):
@@ -88,26 +43,40 @@ class FrictionLaw(ABC):
     numbers : Record
     holds : bool
         Whether what sticks stays where it is: it slips and sticks at moments that a run tells. Else it creeps.
+    has_memory : bool
+        Whether the coefficients of slip and stick differ, so that a state stores the status.
     turning_states : int
         States of what holds a point against turning.
+    axis : ndarray, shape (3,), or None
+        The direction of the first of two coefficients, in axes of the surface; None: there is but one.
+    spring : float
+        Stiffness of the spring of all points together whose energy counts, N/m; 0: none does.
+    lacks_damping : bool
+        Whether the damping of its anchors is to be that of the masses that they hold.
+    at_most : (float, float) or None
+        Stiffness and damping of all points that stick; None: unknown before the run.
+    not_rigid, not_screened : str
+        What of it rigid contacts do not have, with a remedy, and screened runs; empty: they have all.
     """
 
     kind: ClassVar[float]
     numbers: ClassVar[type[Record]]
     holds: ClassVar[bool] = False
+    has_memory: bool = False
     turning_states: int = 0
     torsional: float = 0.0
     rolling: float = 0.0
+    axis: Vector | None = None
+    spring: float = 0.0
+    lacks_damping: bool = False
+    at_most: tuple[float, float] | None = None
+    not_rigid: str = "friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)"
+    not_screened: str = "friction that creeps"
 
     @property
     def block(self) -> np.ndarray:
         """Its numbers for compiled code; what it lacks yet counts as zero."""
         return filled_from(self, self.numbers)
-
-    @property
-    def has_memory(self) -> bool:
-        """Whether the coefficients of slip and stick differ, so that a state stores the status."""
-        return False
 
     @property
     @abstractmethod
@@ -118,11 +87,6 @@ class FrictionLaw(ABC):
     def sliding(self) -> float:
         """The larger coefficient of slipping."""
         return max(self.coefficients)
-
-    @property
-    def axis(self) -> Vector | None:
-        """The direction of the first of two coefficients, in axes of the surface; None: there is but one."""
-        return None
 
     @property
     @abstractmethod
@@ -143,11 +107,6 @@ class FrictionLaw(ABC):
     def relaxation(self) -> float:
         """Rate at which the stretch of a point comes back that does not touch, 1/s."""
 
-    @property
-    def spring(self) -> float:
-        """Stiffness of the spring of all points together whose energy counts, N/m; 0: none does."""
-        return 0.0
-
     @abstractmethod
     def anchor(self, share: float, normal_force: float) -> tuple[float, float]:
         """Return stiffness and damping of a point that sticks, with a share of the contact and a normal force."""
@@ -164,29 +123,9 @@ class FrictionLaw(ABC):
         """Return the law of a contact: `stiffness` of a normal law that is a straight line, levers of its points."""
         return self
 
-    @property
-    def lacks_damping(self) -> bool:
-        """Whether the damping of its anchors is to be that of the masses that they hold."""
-        return False
-
     def with_damping(self, damping: float) -> Self:
         """Return the law with the damping that it lacks, N s/m."""
         return self
-
-    @property
-    def at_most(self) -> tuple[float, float] | None:
-        """Stiffness and damping of all points that stick; None: unknown before the run."""
-        return None
-
-    @property
-    def not_rigid(self) -> str:
-        """What of it rigid contacts do not have, with a remedy; empty: they have all."""
-        return "friction of rigid contacts is Coulomb's. Remedy: kanefe.Coulomb(...)"
-
-    @property
-    def not_screened(self) -> str:
-        """What of it screened runs do not have; empty: they have all."""
-        return "friction that creeps"
 
     def stuck(self, factor: float) -> Self:
         """Return the law with so many times larger coefficients, under which all sticks, where something may."""
@@ -213,7 +152,7 @@ class AnchoredFriction(FrictionLaw):
         return k / c if c > 0.0 else 0.0  # of a law that is not completed
 
     @property
-    def spring(self) -> float:
+    def spring(self) -> float:  # type: ignore[override]
         """Stiffness of the springs of all points together, N/m."""
         return float(self.stiffness or 0.0)
 
@@ -260,17 +199,17 @@ class AnchoredFriction(FrictionLaw):
         return float(steady_coefficient(self.steady, 0, speed))
 
     @property
-    def lacks_damping(self) -> bool:
+    def lacks_damping(self) -> bool:  # type: ignore[override]
         """Whether the damping of its anchors is to be that of the masses that they hold."""
         return self.damping is None
 
     @property
-    def at_most(self) -> tuple[float, float] | None:
+    def at_most(self) -> tuple[float, float] | None:  # type: ignore[override]
         """Stiffness and damping of all points that stick."""
         return self.anchor(1.0, 0.0)
 
     @property
-    def not_rigid(self) -> str:
+    def not_rigid(self) -> str:  # type: ignore[override]
         """What of it rigid contacts do not have, with a remedy."""
         if len(set(self.coefficients)) > 1:
             return "friction of rigid contacts is the same in all directions. Remedy: one coefficient"
@@ -281,7 +220,7 @@ class AnchoredFriction(FrictionLaw):
         return ""
 
     @property
-    def not_screened(self) -> str:
+    def not_screened(self) -> str:  # type: ignore[override]
         """What of it screened runs do not have."""
         return "friction against turning" if self.turning_states else ""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
+from collections import namedtuple
 from collections.abc import Callable
 from typing import Any, ClassVar, NamedTuple
 
@@ -24,35 +25,12 @@ class Pressed(NamedTuple):
     potential: float
 
 
-class Pressing(NamedTuple):
-    """What a law is asked about.
+Pressing = namedtuple("Pressing", "share depth rate more branch")
+"""What a law is asked about: the share of the contact that a point has; its depth, m, above 0, and the rate of that,
+m/s; what an impact added to the damping; and the branch of a hysteresis, -1 to 1."""
 
-    Attributes
-    ----------
-    share : float
-        Of the contact, that the point has.
-    depth, rate : float
-        m, above 0, and m/s.
-    more : float
-        What an impact added to the damping.
-    branch : float
-        Of a hysteresis, -1 to 1.
-    """
-
-    share: Any
-    depth: Any
-    rate: Any
-    more: Any
-    branch: Any
-
-
-class NormalForce(NamedTuple):
-    """What a law gives: force and the elastic part of it (N), the energy of that (J), the rate of the branch (1/s)."""
-
-    force: Any
-    elastic: Any
-    energy: Any
-    branch_rate: Any
+NormalForce = namedtuple("NormalForce", "force elastic energy branch_rate")
+"""What a law gives: force and the elastic part of it (N), the energy of that (J), the rate of the branch (1/s)."""
 
 
 class NormalLaw(ABC):
