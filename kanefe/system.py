@@ -26,8 +26,8 @@ from kanefe.tree.stiffening_check import warn_of_loads_that_do_not_stiffen
 
 if TYPE_CHECKING:
     from kanefe.equations.given_state import Start
+    from kanefe.equations.start_report import StartReport
     from kanefe.integrate.options import RunKeywords
-    from kanefe.kane.start_report import StartReport
     from kanefe.records.record import Record
     from kanefe.result import Result
     from kanefe.scene.targets import Named
@@ -190,7 +190,7 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         >>> [(one.origin, one.value) for one in scene.start_report().coordinates]
         [('given', 0.0), ('follows', 0.3)]
         """
-        from kanefe.kane.start_report import start_report
+        from kanefe.equations.start_report import start_report
 
         model = self.freeze(t)
         return start_report(model.route, t, model.initial_state)

@@ -47,7 +47,7 @@ def with_joint_frictions(model: Model, t: float) -> Model:
     found = (*_given_frictions(model, t), *_loaded_frictions(model, t))
     if not found:
         return model
-    from kanefe.kane.bearing_loads import with_consistent_loads
+    from kanefe.literal.bearing_loads import with_consistent_loads
 
     taken = {load.name for load in model.loads}
     for friction in found:

@@ -19,8 +19,8 @@ from kanefe.tree.model_outputs import FrameKinematics, MechanicalEnergy
 from kanefe.tree.scales import length_of_parts
 
 if TYPE_CHECKING:
-    from kanefe.kane.constraint_report import ConstraintReport
-    from kanefe.kane.route import LiteralRoute
+    from kanefe.equations.constraint_report import ConstraintReport
+    from kanefe.literal.route import LiteralRoute
     from kanefe.tree.route import Route
 
 
@@ -77,7 +77,7 @@ class Model(ModelData):
     @cached_property
     def literal(self) -> LiteralRoute:
         """The literal route of the same scene, for comparison."""
-        from kanefe.kane.route import LiteralRoute
+        from kanefe.literal.route import LiteralRoute
 
         return LiteralRoute(self)
 
@@ -161,7 +161,7 @@ class Model(ModelData):
         --------
         ``print(scene.freeze().constraint_report())``
         """
-        from kanefe.kane.constraint_report import constraint_report
+        from kanefe.equations.constraint_report import constraint_report
 
         return constraint_report(self.route)
 

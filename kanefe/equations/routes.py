@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from kanefe.kane.route import LiteralRoute
+from kanefe.literal.route import LiteralRoute
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
 

@@ -20,7 +20,7 @@ def scene_model(data: ModelData, loads: Sequence[Load], t: float) -> Model:
     """Return the model of a frozen scene with the start that was given in it, and its loads between frames.
 
     To close loops, joints whose start is not given move first, then all joints, then also elastic coordinates, each
-    only if the loops do not close otherwise; likewise speeds: see `kanefe.kane.consistent_start`. Springs without a
+    only if the loops do not close otherwise; likewise speeds: see `kanefe.literal.consistent_start`. Springs without a
     rest length are slack at that start, at time t (s), also if a run starts from another state (`model_at_start`).
     Dry friction in joints is a separate load, and so are stops with a restitution: see
     `kanefe.equations.joint_frictions` and `joint_stops`.
@@ -54,7 +54,7 @@ def model_at_start(model: Model, t: float, start: Start = None) -> Model:
     """
     if start is None:
         if model.constraints:
-            from kanefe.kane.start_report import warn_of_mended
+            from kanefe.equations.start_report import warn_of_mended
 
             warn_of_mended(model, t)
         q, u, z = model.parts(model.initial_state)
@@ -67,9 +67,9 @@ def model_at_start(model: Model, t: float, start: Start = None) -> Model:
 
 
 def _anchored(model: Model, t: float, q: Vector, u: Vector, z: Vector) -> Vector:
-    """Return internal states in which friction holds bodies at rest, or slips: see `kanefe.kane.anchored_start`."""
+    """Return internal states in which friction holds bodies at rest, or slips: see `anchored_start` beside this."""
     if model.has_unreduced or not any(load.kind in {"friction", "contact"} for load in model.loads):
         return z
-    from kanefe.kane.anchored_start import with_balanced_anchors
+    from kanefe.equations.anchored_start import with_balanced_anchors
 
     return with_balanced_anchors(model, t, q, u, z)

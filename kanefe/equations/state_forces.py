@@ -19,6 +19,6 @@ def forces_of(route: Route, t: float, y: Vector) -> RunForces:
     sweeps = route.sweeps(times, states)
     if sweeps is not None:
         return sweeps.forces
-    from kanefe.kane.run_forces import LiteralForces
+    from kanefe.literal.run_forces import LiteralForces
 
     return LiteralForces.of_states(route, times, states)

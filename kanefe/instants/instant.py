@@ -13,7 +13,6 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kane.state import State
 from kanefe.results.channels import RunChannels
 from kanefe.results.load_lines import LoadLine
 from kanefe.results.reader import Reader
@@ -170,7 +169,7 @@ class Instant(Reader):
 
         given = ("impulse", impulse), ("point", point), ("moment", moment)
         hit, where, about = (three(value, f"the {what} of an impulse on {body!r}") for what, value in given)
-        state = State(model, self.time, self.q, self.u, self.z)
+        state = model.literal.at(self.time, self.q, self.u, self.z)
         point_F = where if frame is None else frame.axes @ where
         u = struck_speeds(state, number, frame, point_F, hit, about)
         return Instant(model, self.time, np.concatenate((self.q, u, self.z)))

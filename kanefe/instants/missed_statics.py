@@ -19,7 +19,6 @@ from kanefe.errors import AccuracyWarning, outside
 from kanefe.fe_model.model import PRODUCTS
 from kanefe.frames import Vector, rotation_matrix
 from kanefe.instants.instant import Instant
-from kanefe.kane.state import State
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import largest_extent
@@ -133,7 +132,7 @@ def _carried(instant: Instant, number: int, loads: Sequence[tuple[str, int]]) ->
         "angular acceleration": -instant.angular_acceleration(body.name),
         "centrifugal": np.array([w[a] * w[b] for a, b in PRODUCTS]),
     }
-    state = State(model, instant.time, instant.q, instant.u, instant.z)
+    state = model.literal.at(instant.time, instant.q, instant.u, instant.z)
     for load in body.field_loads:
         value = np.atleast_1d(load.value(instant.time, state))
         pattern: LoadPattern = load.pattern

@@ -22,8 +22,8 @@ from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.state_rows import StateRows, TakesStates
 from kanefe.integrate.status import RunStatus, raised_by_user
 from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, keeps_time, looks_out, passes_samples
-from kanefe.kane.bent import bent_too_far
 from kanefe.kernels.events.watched_run import IS_CUT
+from kanefe.tree.bent import bent_too_far
 from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
@@ -418,7 +418,7 @@ class RunLoop:
         if status.kind == "failed" and self.last is not None:
             t, y = self.last
             q, u, _ = self._model.parts(y)
-            bent = bent_too_far(self._model, t, q, u)
+            bent = bent_too_far(self._model.route, t, q, u)
             if bent:
                 return RunStatus.of_error(status.time, SimulationError(bent))
         return self._pace.with_growth(status) if status.kind == "failed" else status

@@ -11,7 +11,7 @@ from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import add_loads, elastic_forces
 from kanefe.kane.constrained_solver import ConstrainedSolver
-from kanefe.kane.constraints import PIVOT_TOLERANCE, Rates, constraint_rates, force_rows, held_rows
+from kanefe.kane.constraints import constraint_rates, force_rows, held_rows
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia, rigid_masses
 from kanefe.kane.interactions import add_interactions
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state
@@ -19,6 +19,7 @@ from kanefe.kane.state import State, once
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.row_rates import PIVOT_TOLERANCE, Rates
 
 Inertia = Callable[[FlexibleTerms, FrameMotion, Vector, Vector, Vector], tuple[Matrix, Vector]]
 

@@ -14,9 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.constraints import PIVOT_TOLERANCE, RANK_TOLERANCE, ROUND_OFF, Rates
-from kanefe.kane.row_groups import groups_of_rows
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.row_groups import groups_of_rows
+from kanefe.tree.row_rates import PIVOT_TOLERANCE, RANK_TOLERANCE, ROUND_OFF, Rates
 
 LEAST_KEPT = 1e-3
 """Eigenvalue, relative to the smallest that counts (1), below which it is left out; above it its inverse fades."""

@@ -7,7 +7,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.small_motions import SmallMotions
 
@@ -36,8 +35,7 @@ def moved_on(model: Model, t: float, q: Vector, u: Vector, tau: float) -> tuple[
     q_later = model.advance(q, tau * u)
     if not model.is_constrained:
         return q_later, u
-    q_later = project_positions(model, t + tau, q_later)
-    return q_later, project_speeds(model, t + tau, q_later, u)
+    return model.literal.closed(t + tau, q_later, u)
 
 
 def change_ahead(small: SmallMotions) -> float:

@@ -12,8 +12,8 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.constraints import RANK_TOLERANCE, ROUND_OFF, Rates
-from kanefe.kane.row_groups import groups_of_rows
+from kanefe.tree.row_groups import groups_of_rows
+from kanefe.tree.row_rates import RANK_TOLERANCE, ROUND_OFF, Rates
 
 WELL_CONDITIONED = 1e-2
 """Pivot relative to the largest above which only joint coordinates are taken as following."""

@@ -16,7 +16,6 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import is_known, warn_of_missed
-from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.linear.azimuth import CONSTANT, change_ahead
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
@@ -376,7 +375,7 @@ def input_directions(small: SmallMotions, inputs: Sequence[Input]) -> Directions
     wanted = np.zeros((small.size, count))
     for i, item in enumerate(inputs):
         if item.force is not None:
-            wanted[:n, i] = unit_responses(small.here, item.force[:, None])[:, 0]
+            wanted[:n, i] = small.model.literal.responses(small.here, item.force[:, None])[:, 0]
         elif item.drive is not None:
             wanted[n + small.drives.index(item.drive), i] = 1.0
     of_drives = [i for i, item in enumerate(inputs) if item.drive is not None]

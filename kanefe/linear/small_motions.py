@@ -255,7 +255,7 @@ class SmallMotions:
     def _singular_rows(self) -> Sequence[str]:
         if not self.model.constraints:
             return ()
-        from kanefe.kane.constraint_report import singular_rows
+        from kanefe.equations.constraint_report import singular_rows
 
         return singular_rows(self.here, self.model.route)
 

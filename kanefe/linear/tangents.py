@@ -17,12 +17,11 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.fe_model.model import TRANSLATIONS
 from kanefe.frames import Matrix, Vector, skew
-from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.state import State
 from kanefe.linear.unit_forces import load_columns, load_values
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.scales import joint_scales, kept_of_scene, largest_extent, scene_length
+from kanefe.tree.scene_state import SceneState
 
 DIFFERENCE_STEP = 1e-3
 """Step of fourth-order central differences, rad or scene lengths: both of their errors are about 1e-12."""
@@ -91,7 +90,7 @@ def difference(function: Callable[[float], Vector], h: float) -> Vector:
     return np.asarray((8.0 * (function(h) - function(-h)) - (function(2.0 * h) - function(-2.0 * h))) / (12.0 * h))
 
 
-def contact_depths(state: State) -> list[list[float]]:
+def contact_depths(state: SceneState) -> list[list[float]]:
     """Return the depths of the points of each compliant contact, m; negative: the distance."""
     if not state.model.loads:
         return []
@@ -103,7 +102,7 @@ def contact_depths(state: State) -> list[list[float]]:
     ]
 
 
-def parting_share(state: State) -> float:
+def parting_share(state: SceneState) -> float:
     """Return the factor on the steps of differences with which no compliant contact opens or closes."""
     nearest = min((abs(depth) for depths in contact_depths(state) for depth in depths), default=np.inf)
     least = NEAREST * nearest / (DIFFERENCE_STEP * scene_length(state.model))
@@ -132,10 +131,10 @@ class Derivatives:
         is_own = model.route.evaluate(t, self._state).is_own
         self.is_exact = is_own and model.route.partial_derivatives(t, self._state, none) is not None
         self._loads: Matrix | None = None
-        self._share = 1.0 if self.is_exact else parting_share(State(model, t, q, u))
+        self._share = 1.0 if self.is_exact else parting_share(model.literal.at(t, q, u))
         if self.is_exact and model.route.derivatives(t, self._state, none) is None:
-            state = State(model, t, q, u)
-            self._loads = unit_responses(state, load_columns(state))
+            state = model.literal.at(t, q, u)
+            self._loads = model.literal.responses(state, load_columns(state))
 
     def along(self, z: Matrix, du: Matrix) -> Matrix:
         """Return the rates of change of the accelerations along tangents z and speeds du, each (free, k)."""
@@ -164,7 +163,7 @@ class Derivatives:
 
     def _values(self, z: Vector, du: Vector) -> Callable[[float], Vector]:
         model = self.model
-        return lambda h: load_values(State(model, self.t, model.advance(self.q, h * z), self.u + h * du))
+        return lambda h: load_values(model.literal.at(self.t, model.advance(self.q, h * z), self.u + h * du))
 
     def _accelerations(self, z: Vector, du: Vector) -> Callable[[float], Vector]:
         model, at = self.model, slice(self.model.coordinate_count, self.model.coordinate_count + self.model.free_count)

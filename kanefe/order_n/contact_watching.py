@@ -9,7 +9,6 @@ from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.constraints.contact_margins import (
     GAP,
     LEFT_OF_SLIP,
-    MARGINS,
     NEVER,
     NORMAL,
     SLIP_MARGIN,
@@ -24,7 +23,7 @@ from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
 
 COLUMNS = {"never": NEVER, "touch": GAP, "lift": NORMAL, "slip": SLIP_MARGIN, "stick": LEFT_OF_SLIP}
-"""Columns of what happens to rigid contacts, see `kanefe.kane.rigid_contacts.impacts`."""
+"""Columns of what happens to rigid contacts."""
 
 
 class ContactLook:
@@ -56,27 +55,6 @@ class ContactLook:
             multipliers=self.workspace.multipliers,
             holding=self.workspace.holding,
         )
-
-
-class SingleLook(ContactLook):
-    """One evaluation of which also the margins are told.
-
-    Parameters
-    ----------
-    route : Evaluated
-
-    Attributes
-    ----------
-    watch : Call
-        Of `watch_contacts`, with the arrays of one state.
-    times, states : ndarray, shapes (1,), (1, state)
-    """
-
-    def __init__(self, route: Evaluated) -> None:
-        super().__init__(route)
-        self.times, self.states = np.zeros(1), np.zeros((1, self.vectors.shape[1]))
-        watched = Watched(self.times, self.drives[None], self.inputs[None], self.states, found=np.empty((1, MARGINS)))
-        self.watch = watching_contacts(route).prepared(self.looked, NOT_CALLED, watched)
 
 
 def watching_contacts(route: Evaluated) -> Bound:

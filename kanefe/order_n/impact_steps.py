@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, cast
+from typing import cast
 
 import numpy as np
 
@@ -10,40 +10,19 @@ from kanefe.frames import Vector
 from kanefe.kernels.compiler.arrays import NOT_CALLED
 from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.constraints.closing import closing_memory_size
-from kanefe.kernels.contact.rigid_points import CONTACT
 from kanefe.kernels.events.closing_call import ClosingCall
-from kanefe.kernels.impacts.cones import solve_one
-from kanefe.kernels.impacts.decision import TAKES, Asking, decision_of
-from kanefe.kernels.impacts.march import (
-    CLOSED,
-    IMPULSE,
-    INTEGERS,
-    LENGTH,
-    MOST,
-    NEW,
-    NEXT,
-    OLD,
-    OWN_DEPTH,
-    OWN_LOWERED,
-    PASSED,
-    REALS,
-    STEPS,
-    STOP,
-    TIME,
-    TIME_OLD,
-    TOO_DEEP,
-    VECTORS,
-    ImpactScene,
-    March,
-)
-from kanefe.kernels.impacts.moments import look_at_points
+from kanefe.kernels.impacts.decision import decision_of
+from kanefe.kernels.impacts.march import NEW, NEXT, OLD, ImpactScene, March, Progress
+from kanefe.kernels.impacts.moments import ContactScene, look_at_points
+from kanefe.kernels.impacts.step_impulses import Tried, closed_points, step_of
 from kanefe.kernels.impacts.time_stepping import march_over_impacts
 from kanefe.kernels.sweeps.drives import Drives
+from kanefe.kernels.values.records import allocate
 from kanefe.order_n.contact_watching import ContactLook
 from kanefe.order_n.evaluated import Evaluated
-
-if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.time_stepping import Stepped
+from kanefe.tree.contact_changes import asking_of
+from kanefe.tree.contact_steps import Stepped
+from kanefe.tree.rigid_points import points_of_contacts
 
 
 class ImpactSteps:
@@ -53,7 +32,7 @@ class ImpactSteps:
     ----------
     route : Evaluated
         Of an autonomous scene.
-    told : ndarray, shape (TOLD,)
+    told : ndarray, shape (5,)
         What steps have told so far, which they change.
     too_deep : float
         Depth that is round-off, m.
@@ -63,24 +42,24 @@ class ImpactSteps:
 
     def __init__(self, route: Evaluated, told: Vector, too_deep: float, bends: tuple[np.ndarray, np.ndarray]) -> None:
         self._route, model, look = route, route.model, ContactLook(route)
-        size, points, driven = look.vectors.shape[1], len(route.loops.points.places), len(model.drives)
-        self._held, at = route.inputs.constants.copy(), np.zeros(size)
-        motions, tables = cast(Drives, route.motion_tables), (route.tables, route.flexible, route.loops)
-        self._decision = decision = decision_of(points, model.free_count, size)
-        scene = look.looked, route.loops, route.tables, route.flexible, motions, route.fill, self._held
-        looking, wanted = look_at_points.bound(*scene, decision, at).prepared(), np.zeros(5)
-        solving = solve_one.bound(decision.problem, decision.ahead, decision.vectors, wanted).prepared()
-        calls = looking.for_kernels(), solving.for_kernels()
-        asking = Asking(route.loops.points, *calls, wanted, look.looked.first_state)
+        size, driven, tables = look.vectors.shape[1], len(model.drives), (route.tables, route.flexible, route.loops)
+        self._held, motions = route.inputs.constants.copy(), cast(Drives, route.motion_tables)
+        points, at = route.loops.points, np.zeros(size)
+        decision = decision_of(len(points.places), model.free_count, size)
+        scene = ContactScene(look.looked, route.loops, route.tables, route.flexible, motions, route.fill, self._held)
+        looking = look_at_points.bound(scene, decision, at).prepared()
+        asking = asking_of(points, looking, decision, look.looked.first_state)
         drives, closed, call = np.empty((driven, 3)), np.empty(size), NOT_CALLED
         if model.constraints:
             call = route.closing.prepared(0.0, drives, closed, np.empty(closing_memory_size(route.scene))).for_kernels()
         closing = ClosingCall(bool(model.constraints), call, motions, drives, closed)
-        memory = np.zeros(INTEGERS, dtype=np.int64), np.zeros(REALS), told
-        self._march = March(*memory, np.zeros((3, size)), np.zeros((VECTORS, 3 * points)), at, *bends)
-        self._march.reals[TOO_DEEP] = too_deep
+        integers, reals = allocate(Progress)
+        self._step = step_of(points, decision.problem, asking.solving, decision.now.G)
+        self._ends, self._progress = np.zeros((3, size)), Progress(integers, reals)
+        self._progress.too_deep = too_deep
+        march = March(integers, reals, told, self._ends, self._step, at, *bends)
         impacts = ImpactScene(asking, look.looked, closing, *tables)
-        self._marching = march_over_impacts.bound(impacts, decision, self._march, LATER, LATER)
+        self._marching = march_over_impacts.bound(impacts, decision, march, LATER, LATER)
 
     def go_on(
         self, t: float, y: Vector, length: float, stop: float, most: int, times: np.ndarray, states: np.ndarray
@@ -98,28 +77,25 @@ class ImpactSteps:
         times, states : ndarray
             Of outputs: see `Stepper.integrate_through`.
         """
-        integers, reals, ends = self._march.integers, self._march.reals, self._march.ends
-        integers[:] = 0
-        integers[MOST], reals[TIME], reals[TIME_OLD] = min(most, 2**40), t, t
-        reals[LENGTH], reals[STOP], ends[NEW], ends[OLD] = length, stop, y, y
+        at = self._progress
+        at.most, at.steps, at.passed = min(most, 2**40), 0, 0
+        at.time, at.time_old, at.length, at.stop = t, t, length, stop
+        self._ends[NEW] = self._ends[OLD] = y
         self._held[:] = self._route.inputs.begun(self._route.parts(y)[2])
-        ended = self._marching(times, states)
-        return ended, int(integers[STEPS]), int(integers[PASSED])
+        return self._marching(times, states), at.steps, at.passed
 
     @property
     def last(self) -> tuple[float, Vector, float, Vector]:
         """Times (s) and states between which the last step went."""
-        reals, ends = self._march.reals, self._march.ends
-        return float(reals[TIME_OLD]), ends[OLD].copy(), float(reals[TIME]), ends[NEW].copy()
+        at, ends = self._progress, self._ends
+        return float(at.time_old), ends[OLD].copy(), float(at.time), ends[NEW].copy()
 
     @property
     def tried(self) -> Stepped:
         """What the step that was not taken was to lead to."""
-        from kanefe.kane.rigid_contacts.time_stepping import Stepped
-
-        count, places, reals = int(self._march.integers[CLOSED]), self._route.loops.points.places, self._march.reals
-        points, pushes = self._decision.flags[TAKES, :count].tolist(), self._march.vectors[IMPULSE, : 3 * count].copy()
-        closed = [(int(places[p, CONTACT]), int(np.sum(places[:p, CONTACT] == places[p, CONTACT]))) for p in points]
-        depth, left, approach, bend, lowered = reals[OWN_DEPTH : OWN_LOWERED + 1].tolist()
-        y = self._march.ends[NEXT].copy()
-        return Stepped(y, pushes, depth, left, closed, approach, bend, int(lowered))
+        closed, keys = closed_points(self._step), points_of_contacts(self._route.model)
+        pushes = np.array([one.impulse.numbers for one in closed]).ravel()
+        told = Tried(self._step.tried, self._step.told)
+        depth, left, approach, bend = (float(one) for one in (told.depth, told.residual, told.approach, told.bend))
+        pressed, y = [keys[one.point] for one in closed], self._ends[NEXT].copy()
+        return Stepped(y, pushes, pressed, depth, left, approach, bend, int(told.lowered))

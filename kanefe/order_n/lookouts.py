@@ -72,7 +72,7 @@ class Lookouts:
         if self._route.model.rigid_contacts:
             from kanefe.order_n.contact_changing import contact_calls
 
-            contacts, _ = contact_calls(self._route, self._closing.motions, self._inputs, lookout.states[0])
+            contacts = contact_calls(self._route, self._closing.motions, self._inputs, lookout.states[0])
             lookout = lookout._replace(contacts=contacts)
         return lookout, look_at.bound(lookout, LATER, self._vectors, LATER)
 

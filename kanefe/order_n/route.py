@@ -14,7 +14,6 @@ import numpy as np
 
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.route import LiteralRoute
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.compiled_functions import expect
 from kanefe.kernels.compiler.entries import LATER, Bound
@@ -25,11 +24,11 @@ from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, scene_of
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, START
 from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND
 from kanefe.kernels.loads.loads_layout import COMPLEX, no_loads_between
 from kanefe.kernels.scene import Scene, memory_size
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
+from kanefe.literal.route import LiteralRoute
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.laws import functions_of_laws
@@ -47,15 +46,13 @@ from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle
 from kanefe.tree.run_sweeps import RunSweeps
-from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.instant import ContactInstant
     from kanefe.order_n.compiled_run import CompiledRun
-    from kanefe.order_n.contact_changing import ContactChanger
     from kanefe.order_n.force_kernel import ForceKernel
     from kanefe.order_n.impact_steps import ImpactSteps
+    from kanefe.tree.contact_changes import ContactDecider
 
 GROWN = 1e100
 """Coordinates and speeds beyond which squares overflow, so that no scene is left to explain."""
@@ -208,43 +205,19 @@ class OrderN(LiteralRoute):
         """The function that computes event values of loads with kernels for them."""
         return Watching(self)
 
-    def contact_instant(self, t: float, y: Vector) -> ContactInstant:
-        """Return what the events of rigid contacts ask; the literal route's where only loops hold something."""
-        from kanefe.order_n.contact_instant import OrderNInstant
-        from kanefe.order_n.contact_watching import SingleLook
+    def asked_contacts(
+        self, what: int, t: float, y: Vector, span: float = 0.0, stop: float = np.inf, rtol: float = 0.0
+    ) -> ContactDecider:
+        """Return what has decided an event of rigid contacts; the literal route's where only loops hold something."""
+        from kanefe.order_n.contact_changing import decider_of
 
         looks = vars(self._looks)
-        if "single" not in looks:
-            looks["single"] = SingleLook(self)
-        instant = OrderNInstant(self, looks["single"], t, y)
-        return instant if instant.is_regular else super().contact_instant(t, y)
-
-    def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
-        """Return a state with what touches in it known; from Python where that needs it, or names what is not known."""
-        if self.is_autonomous:
-            changer = self._contact_changer()
-            if changer.ask(START, t, y, span, stop, rtol, moving_length(self.model)):
-                from kanefe.kane.rigid_contacts.impacts import warn_of_impacts
-
-                warn_of_impacts(changer.told(t))
-                return changer.y.copy()
-        return super().touched(t, y, span, stop, rtol)
-
-    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
-        """Return how far margins of rigid contacts may be below zero by round-off."""
-        if self.is_autonomous:
-            changer = self._contact_changer()
-            if changer.ask(BLURS, t, y, 0.0, t, 0.0, moving_length(self.model)):
-                return tuple(changer.asked[BLUR:].tolist())
-        return super().contact_blurs(t, y)
-
-    def _contact_changer(self) -> ContactChanger:
-        from kanefe.order_n.contact_changing import ContactChanger
-
-        looks = vars(self._looks)
-        if "changer" not in looks:
-            looks["changer"] = ContactChanger(self)
-        return looks["changer"]  # type: ignore[no-any-return]
+        decider: ContactDecider | None = looks.get("decider")
+        if decider is None:
+            decider = looks["decider"] = decider_of(self)
+        if decider.ask(what, t, y, span, stop, rtol):
+            return decider
+        return super().asked_contacts(what, t, y, span, stop, rtol)
 
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; where something has only loops to hold it, those of the literal route."""
@@ -489,10 +462,10 @@ class OrderN(LiteralRoute):
         q, u, z = self.parts(y)
         if all(np.all(np.abs(x) < GROWN) for x in (q, u)):
             from kanefe.kane.assemble import accelerations
-            from kanefe.kane.bent import bent_too_far
             from kanefe.kane.state import State
+            from kanefe.tree.bent import bent_too_far
 
-            if bent := bent_too_far(self.model, t, q, u):
+            if bent := bent_too_far(self, t, q, u):
                 raise SimulationError(f"at t = {t:.6g} s {bent}")
             accelerations(State(self.model, t, q, u, z))
         raise SimulationError(

@@ -27,7 +27,7 @@ from kanefe.tree.neighbours import LOAD, parts_of
 from kanefe.tree.run_sweeps import FrameMotions
 
 if TYPE_CHECKING:
-    from kanefe.kane.run_forces import LiteralForces
+    from kanefe.literal.run_forces import LiteralForces
     from kanefe.order_n.held_forces import HeldForces
 
 
@@ -73,7 +73,7 @@ class CompiledForces:
         return found, np.flatnonzero(is_told == 0)
 
     def _literally(self, rows: Vector) -> LiteralForces:
-        from kanefe.kane.run_forces import LiteralForces
+        from kanefe.literal.run_forces import LiteralForces
 
         return LiteralForces.of_states(self._route, self._times[rows], self._states[rows])
 

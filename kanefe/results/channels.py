@@ -35,7 +35,6 @@ from kanefe.tree.scene_state import SceneState
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
     from kanefe.constraints.rows import Constraint
-    from kanefe.kane.state import State
     from kanefe.results.literal_sweeps import LiteralSweeps
 
 Key = tuple[str, ...]
@@ -366,7 +365,7 @@ def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return np.asarray((vectors[:, None, :] @ axes)[:, 0])
 
 
-def _local_centre(state: State, number: int) -> np.ndarray:
+def _local_centre(state: SceneState, number: int) -> np.ndarray:
     """Return the centre of mass of a flexible body in G, from its generalised mass, which has the block m c~."""
     terms = state.model.bodies[number].flexible
     if terms is None:

@@ -126,7 +126,7 @@ def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotation
     """Return the largest rotation for which the kinematics of a body are valid, bent in this shape.
 
     Stiffened: on a hinge at the origin of G it turns about the axis of the rotation, and bends on in this shape, with
-    all but `MOST_LOST` of its inertia. Other motions, of high modes, may lose more: see `kanefe.kane.bent`.
+    all but `MOST_LOST` of its inertia. Other motions, of high modes, may lose more: see `kanefe.tree.bent`.
     """
     if is_unreduced(body) or body.moments.quadratic_first is None or inner.of_displacements:
         return FARTHEST

@@ -159,6 +159,10 @@ class Evaluates(Protocol):
         """
         ...
 
+    def mass_matrix(self, t: float, y: Vector) -> Matrix:
+        """Return M_sys over the free and the driven speeds at a state, shape (free + driven, free + driven)."""
+        ...
+
     def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
         """Return a literal state, `kanefe.kane.state.State`, of a scene with the same loads, and its accelerations."""
         ...
@@ -252,10 +256,6 @@ class Route(Evaluates, Protocol):
         """
         ...
 
-    def mass_matrix(self, t: float, y: Vector) -> Matrix:
-        """Return M_sys over the free and the driven speeds at a state, shape (free + driven, free + driven)."""
-        ...
-
     def state(self, t: float, y: Vector) -> SceneState:
         """Return the state passed to functions of the user."""
         ...
@@ -269,16 +269,14 @@ class Route(Evaluates, Protocol):
         """The function that computes event values of loads, if it is compiled."""
         ...
 
-    def contact_instant(self, t: float, y: Vector) -> Any:
-        """Return what events of rigid contacts ask of a state: `kanefe.kane.rigid_contacts.instant.ContactInstant`."""
+    def asked_contacts(
+        self, what: int, t: float, y: Vector, span: float = ..., stop: float = ..., rtol: float = ...
+    ) -> Any:
+        """Return a `kanefe.tree.contact_changes.ContactDecider` that has been asked, see its `ask`."""
         ...
 
     def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
         """Return a state (q, u, z) with what touches in it known, after impacts, as a run begins."""
-        ...
-
-    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
-        """Return how far margins of rigid contacts may be below zero by round-off: of gaps, normal forces, ..."""
         ...
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+
+from kanefe.errors import SimulationWarning, outside
 
 
 @dataclass
@@ -46,6 +49,11 @@ class ToldImpacts:
         self.by_poisson.clear()
         self.by_order.clear()
         self.adding.clear()
+
+    def warn(self) -> None:
+        """Warn of what is told as a run begins."""
+        for text in self.warnings:
+            warnings.warn(text, SimulationWarning, stacklevel=outside())
 
     @property
     def warnings(self) -> list[str]:

@@ -29,8 +29,8 @@ from kanefe.storage.scipy_later import scipy
 if TYPE_CHECKING:
     from kanefe.fe_model.factorise import Factorisation
     from kanefe.kane.constrained_solver import ConstrainedSolver
-    from kanefe.kane.constraints import Rates
     from kanefe.kane.kinematics import FrameMotion
+    from kanefe.tree.row_rates import Rates
     from kanefe.unreduced.condensed import Condensed, Substructure
 
 NO_MULTIPLIERS = np.zeros(0)

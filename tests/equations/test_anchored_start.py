@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import kanefe as kf
 from kanefe.checks.verification.contact import INCLINE, INCLINE_SPEED, NORMAL, UP, coin, moving_incline
 from kanefe.checks.verification.references import load_references
-from kanefe.kane.anchored_start import _least
+from kanefe.equations.anchored_start import _least
 
 G = 9.81
 LEAD, RADIUS = 0.05, 0.04

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.start_report import StartWarning
 from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
-from kanefe.kane.consistent_start import consistent_start
 from kanefe.kane.constraints import constraint_rates, constraint_residuals
-from kanefe.kane.start_report import StartWarning
 from kanefe.kane.state import State
+from kanefe.literal.consistent_start import consistent_start
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
 from random_starts import slender
 from robustness import overconstrained
@@ -284,7 +284,7 @@ def test_loops_are_closed_once_a_time(monkeypatch):
         return consistent_start(model, t)
 
     scene = four_bar(motion=kf.Motion.steady(2.0, 0.4)).freeze()  # which closes them too
-    monkeypatch.setattr("kanefe.kane.consistent_start.consistent_start", counted)
+    monkeypatch.setattr("kanefe.literal.consistent_start.consistent_start", counted)
     for start in (0.5, 0.7):
         vibrations(Dynamics(scene), start, 0.1)  # as where a method is chosen
         integrate(scene, (start, start + 0.1))

@@ -10,7 +10,7 @@ import kanefe as kf
 from kanefe.integrate.auto import stiffest_rate as rates
 from kanefe.integrate.auto.largest_eigenvalue import CLOSE, ROUNDS, largest_eigenvalue
 from kanefe.kane import assemble
-from kanefe.kane.tangents import constant_tangents
+from kanefe.tree.tangents import constant_tangents
 
 
 def trees(count: int, spring: bool) -> kf.System:

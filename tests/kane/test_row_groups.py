@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.kane import constrained_solver, constraint_report, dependent_rows
+from kanefe.equations import constraint_report, dependent_rows
+from kanefe.equations.constraint_report import singular_rows
+from kanefe.kane import constrained_solver
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constrained_solver import ConstrainedSolver
-from kanefe.kane.constraint_report import singular_rows
-from kanefe.kane.constraints import Rates
-from kanefe.kane.row_groups import groups_of_rows
 from kanefe.kane.state import State
+from kanefe.tree.row_groups import groups_of_rows
+from kanefe.tree.row_rates import Rates
 from loop_scenes import four_bars
 
 ROUND_OFF = 1e-12

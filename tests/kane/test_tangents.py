@@ -12,7 +12,8 @@ from kanefe.equations.model import Model
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.kane.assemble import assemble
 from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents, current_tangents
+from kanefe.kane.tangents import current_tangents
+from kanefe.tree.tangents import constant_tangents
 from scenes import derivatives
 
 ANCHOR = 5.0  # N m/rad

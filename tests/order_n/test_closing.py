@@ -14,13 +14,13 @@ from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
 from kanefe.kane import assemble
-from kanefe.kane import loop_closure as assembly
 from kanefe.kane.assemble import held_accelerations
 from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR, TOLERANCE
+from kanefe.literal import loop_closure as assembly
+from kanefe.literal.loop_closure import project_positions, project_speeds
+from kanefe.tree.tangents import constant_tangents
 from loop_scenes import four_bar, parallelogram, sprung_loop
 from random_loops import LoopScene, closed_state
 from random_scenes import Recipe, recipes

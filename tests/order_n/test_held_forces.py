@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.equations.model import Model
-from kanefe.kane.run_forces import LiteralForces
+from kanefe.literal.run_forces import LiteralForces
 from kanefe.order_n import held_forces
 from kanefe.order_n.held_forces import are_served
 from kanefe.tree.neighbours import parts_of

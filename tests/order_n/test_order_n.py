@@ -21,14 +21,14 @@ from benchmarks.work_precision.rigid_chain import GRAVITY, chain_links, chain_sc
 from exact_accelerations import exact_accelerations
 from kanefe.equations.model import Model
 from kanefe.kane.assemble import accelerations, held_accelerations
-from kanefe.kane.bent import bent_too_far
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
-from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.reactions import joint_reactions
 from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
+from kanefe.literal.loop_closure import project_positions, project_speeds
 from kanefe.order_n.planar_route import PlanarRoute
+from kanefe.tree.bent import bent_too_far
 from loop_scenes import spatial_loop
 from order_n_rates import T, order_n, rates_of_recipes
 from random_loops import LoopScene, closed_state, constraint_jacobian
@@ -70,7 +70,8 @@ def compare(model: Model, t: float, q: np.ndarray, u: np.ndarray, du: np.ndarray
 
 def check_tree(model: Model, seed: int) -> None:
     q, u = random_state(model, seed)
-    assume(not bent_too_far(model, T, q, u))  # where a stiffened body has lost inertia: that is told, and no equations
+    # where a stiffened body has lost inertia: that is told, and no equations
+    assume(not bent_too_far(model.literal, T, q, u))
     # modes of light bodies on long chains: condition numbers up to 1e6, which the sweeps feel less than the dense solve
     tolerance = max(1e-11, np.finfo(float).eps * condition(model, T, q, u))
     compare(model, T, q, u, accelerations(State(model, T, q, u)), tolerance)

@@ -19,9 +19,9 @@ import kanefe.results.channels
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.route import LiteralRoute
 from kanefe.kane.state import State
 from kanefe.kernels.layout import DAMPING
+from kanefe.literal.route import LiteralRoute
 from kanefe.order_n.route import OrderN
 from order_n_rates import order_n
 from repository import surroundings

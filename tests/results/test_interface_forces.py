@@ -399,7 +399,7 @@ def test_what_is_not_asked_is_not_computed(monkeypatch: pytest.MonkeyPatch) -> N
         real = getattr(owner, name)
         monkeypatch.setattr(owner, name, lambda *args: asked.append(name) or real(*args))
 
-    import kanefe.kane.run_forces as literal
+    import kanefe.literal.run_forces as literal
     from kanefe.order_n.force_kernel import ForceKernel
 
     count(literal, "recovered_forces")

@@ -19,7 +19,7 @@ from kanefe.frames import rotation_matrices
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.rigid_contacts.contact_forces import check_determined, told
 from kanefe.kane.rigid_contacts.contact_shares import spare_forces
-from kanefe.kane.run_forces import LiteralForces
+from kanefe.literal.run_forces import LiteralForces
 from kanefe.order_n.force_kernel import ForceKernel
 from kanefe.tree.neighbours import parts_of, sources_of
 from kanefe.tree.run_sweeps import RunForces

@@ -11,7 +11,7 @@ import kanefe as kf
 import kanefe.order_n.run_forces as compiled
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.run_forces import LiteralForces
+from kanefe.literal.run_forces import LiteralForces
 from kanefe.order_n.force_kernel import ForceKernel
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, parts_of
 from kanefe.tree.run_sweeps import RunForces
@@ -135,7 +135,7 @@ def test_a_bent_root_that_lets_turn_holds_where_it_is(monkeypatch: pytest.Monkey
     model = stiffened()
     times, states = wandering(model)
     states[:, model.flexible_terms("arm").eta] *= 0.05  # bent no beyond the valid range of its stiffening
-    monkeypatch.setattr("kanefe.kane.run_forces.LiteralForces", None)
+    monkeypatch.setattr("kanefe.literal.run_forces.LiteralForces", None)
     wanted = assert_alike(model, times, states)
     assert all(array.any() for name, array in wanted.items() if name.startswith("part"))
 

@@ -11,11 +11,11 @@ from kanefe.checks.robustness.case import Effort, Finding, StressCase
 from kanefe.checks.robustness.loops import loop_opening
 from kanefe.checks.robustness.runs import controlled_methods, follow, is_accurate, tolerance
 from kanefe.checks.robustness.units import MILLIMETRES, SI, Units
+from kanefe.equations.constraint_report import constraint_report
 from kanefe.equations.model import Model
 from kanefe.frames import euler_parameters
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints import Fixed, Joint, Revolute, Spherical
-from kanefe.kane.constraint_report import constraint_report
 from kanefe.result import Result
 from kanefe.system import System
 

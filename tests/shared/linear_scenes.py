@@ -5,8 +5,8 @@ import numpy as np
 import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.integrate.run import integrate
-from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.linearisation import Linearisation
+from kanefe.literal.loop_closure import project_positions, project_speeds
 
 GRAVITY = (0.0, 0.0, -9.81)
 WEIGHTS = np.array((1.0, -8.0, 8.0, -1.0)) / 12.0

@@ -12,8 +12,8 @@ from kanefe.errors import SimulationError
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.joints.base import ScalarJoint
 from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.state import State
+from kanefe.literal.loop_closure import project_positions, project_speeds
 from kanefe.scene.scene import Frame
 from random_scenes import RandomScene, Recipe
 from scenes import random_state, unit_axis

@@ -13,10 +13,10 @@ import scipy.linalg
 import kanefe as kf
 import kanefe_fem as fem
 from kanefe.equations.model import Model
+from kanefe.equations.start_report import StartWarning
 from kanefe.joints.base import AxisJoint
 from kanefe.kane.assemble import held_accelerations
 from kanefe.kane.constraints import constraint_rates, place_rows
-from kanefe.kane.start_report import StartWarning
 from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.tree.scales import displacement_scales

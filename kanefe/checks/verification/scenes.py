@@ -20,9 +20,9 @@ from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import assemble
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents
 from kanefe.system import System
 from kanefe.tree.scene_state import SceneState
+from kanefe.tree.tangents import constant_tangents
 
 Sample = tuple[float, np.ndarray, np.ndarray]
 """Time in s, coordinates q and free speeds u."""

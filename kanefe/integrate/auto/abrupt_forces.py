@@ -14,9 +14,9 @@ from kanefe.integrate.auto.stiffest_rate import highest_rate
 from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents
 from kanefe.loads.base import Load
 from kanefe.tree.scales import displacement_scales
+from kanefe.tree.tangents import constant_tangents
 
 if TYPE_CHECKING:
     from kanefe.contact.contact import Contact

@@ -6,8 +6,6 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import DIFFERENCE, Dynamics
-from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.loads.controller import Held
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, state_scales
@@ -38,8 +36,8 @@ def rate_of_functions(dynamics: Dynamics, t: float) -> float:
     if not look_at_state(model):
         return 0.0
     n, m, y = model.coordinate_count, model.free_count, dynamics.initial_state(t)
-    state = State(model, t, *model.parts(y))
-    K, C = current_tangents(state, *constant_tangents(model))
+    state = model.literal.view(t, y)
+    K, C = model.literal.tangents(state)
     factors = scipy.linalg.lu_factor(model.route.mass_matrix(t, y)[:m, :m])
     straight = np.array([(at, speed) for turns, at, speed in coordinate_moves(model) if not turns], dtype=int)
     straight = straight.reshape(-1, 2)

@@ -9,7 +9,6 @@ from kanefe.contact.contact import compliant_contacts
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.kane.assemble import mass_at_start
 from kanefe.kane.state import State
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import scene_length
@@ -43,7 +42,7 @@ def loaded_depth(model: Model, start: float) -> float:
     dynamics, G, u = Dynamics(model), np.concatenate(rows), model.initial_speeds[:n]
     du = dynamics.rate(start, dynamics.initial_state(start))[model.coordinate_count :][:n]
     try:
-        mass = scipy.linalg.cho_factor(mass_at_start(model, start))
+        mass = scipy.linalg.cho_factor(model.literal.mass_at_start(start))
     except np.linalg.LinAlgError:  # something has inertia only through loops
         return 0.0
     # what the forces now, and those at the same depth of all points, do against it

@@ -12,12 +12,10 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.auto.largest_eigenvalue import ROUNDS, largest_eigenvalue
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.kane.assemble import accelerations, mass_at_start
-from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents, current_tangents, joint_tangents
 from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.route import Form
+from kanefe.tree.tangents import joint_tangents
 
 
 def stiffest_rate(model: Model, start: float) -> float:
@@ -26,12 +24,12 @@ def stiffest_rate(model: Model, start: float) -> float:
     Of K and C of flexible bodies and springs with the mass of the whole scene: a body on a hinge, or a light
     one on a stiff spring, vibrates faster than its own modes say. Of many bodies to about `CLOSE`.
     """
-    state = State(model, start, model.initial_coordinates, model.initial_speeds)
+    state = model.literal.at(start, model.initial_coordinates, model.initial_speeds)
     if model.free_count > ROUNDS and _is_of_joints(model):
         of_joints = joint_tangents(state)
         if np.all(np.concatenate(of_joints) >= 0.0):
             return _rate_by_sweeps(model, start, *of_joints)
-    return highest_rate(model, start, *current_tangents(state, *constant_tangents(model)))
+    return highest_rate(model, start, *model.literal.tangents(state))
 
 
 def _is_of_joints(model: Model) -> bool:
@@ -63,13 +61,13 @@ def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:
     """Return the same for given matrices over the free speeds, with the mass of the scene as it starts."""
     if not (np.any(K) or np.any(C)):
         return 0.0
-    M = mass_at_start(model, start)
+    M = model.literal.mass_at_start(start)
     if not all(np.isfinite(X).all() for X in (K, C, M)):
         return math.inf  # the run says what overflows
     try:
         squares, rates = (_largest(X, M) for X in (K, C))
     except np.linalg.LinAlgError:
-        accelerations(State(model, start, model.initial_coordinates, model.initial_speeds))  # names what has no inertia
+        model.literal.evaluate(start, model.initial_state)  # names what has no inertia
         raise
     return float(max(np.sqrt(max(squares, 0.0)), rates))
 

@@ -12,12 +12,10 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.locked_speeds import has_locked_speeds
-from kanefe.kane.assemble import mass_at_start
-from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents, current_tangents
 from kanefe.kernels.steppers.step_commands import AT, SLOPE, STIFFNESS_DIRECTION
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies, state_scales
+from kanefe.tree.tangents import constant_tangents
 
 FIRST_SHARE = 0.05
 """First step if nothing vibrates, relative to the span."""
@@ -140,10 +138,9 @@ def vibrations(dynamics: Dynamics, start: float, span: float) -> Vibrations:
     M = np.diag(np.divide(np.diag(K), alone**2, out=np.ones(m), where=alone > 0.0))
     squares, shapes = alone[where] ** 2, np.eye(m)[:, where] / np.sqrt(np.diag(M)[where])
     if m <= MOST_DENSE:
-        state = State(model, start, model.initial_coordinates, model.initial_speeds)
-        K, C = current_tangents(state, K, C)
+        K, C = model.literal.tangents(model.literal.at(start, model.initial_coordinates, model.initial_speeds))
         with suppress(np.linalg.LinAlgError):
-            whole = mass_at_start(model, start)
+            whole = model.literal.mass_at_start(start)
             squares, shapes = scipy.linalg.eigh(K, whole)
             M = whole
     is_vibration = squares * span**2 > 4.0 * math.pi**2

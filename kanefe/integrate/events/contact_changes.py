@@ -13,9 +13,11 @@ from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
 from kanefe.kernels.impacts.contact_questions import (
+    BLURS,
     BY_ORDER,
     BY_POISSON,
     LIFT,
+    MARGINS,
     POINT_CODES,
     REPORTED,
     SLIP,
@@ -27,8 +29,8 @@ from kanefe.tree.scene_state import SceneState
 from kanefe.tree.told_impacts import ToldImpacts
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.contact_forces import ContactMargins
-    from kanefe.kane.rigid_contacts.impacts import PointChange
+    from kanefe.tree.contact_changes import ContactDecider
+    from kanefe.tree.point_changes import PointChange
 
 FAR = 1.0
 """Value of an event function that is not evaluated."""
@@ -48,20 +50,21 @@ class LastLook:
 
     def __init__(self, model: Model) -> None:
         self._model, self.length = model, moving_length(model)
-        self._last: dict[str, tuple[float, Vector, Any]] = {}
+        self._last: dict[int, tuple[float, Vector, Any]] = {}
 
-    def margins(self, t: float, state: SceneState) -> ContactMargins:
-        """Return the margins at a time, s."""
-        return self._at("margins", t, state, lambda t, y: self._model.route.contact_instant(t, y).margins())  # type: ignore[no-any-return]
+    def margins(self, t: float, state: SceneState) -> Vector:
+        """Return the least margins at a time (s): of gaps, normal forces, friction left, and slips; or far."""
+        least: Vector = self._at(MARGINS, t, state, lambda found: found.margins.min(axis=0, initial=np.inf))
+        return np.where(least < np.inf, least, FAR)
 
     def blurs(self, t: float, state: SceneState) -> tuple[float, ...]:
         """Return how far they may be below zero at a time, s."""
-        return self._at("blurs", t, state, self._model.route.contact_blurs)  # type: ignore[no-any-return]
+        return self._at(BLURS, t, state, lambda found: found.blurs)  # type: ignore[no-any-return]
 
-    def _at(self, what: str, t: float, state: SceneState, find: Callable[[float, Vector], Any]) -> Any:
+    def _at(self, what: int, t: float, state: SceneState, take: Callable[[ContactDecider], Any]) -> Any:
         y, last = state.vector, self._last.get(what)
         if last is None or last[0] != t or not np.array_equal(last[1], y):
-            last = self._last[what] = t, y, find(t, y)
+            last = self._last[what] = t, y, take(self._model.route.asked_contacts(what, t, y))
         return last[2]
 
 
@@ -78,10 +81,8 @@ class ContactChange(MarginEvent):
     rtol : float
         Of the run.
     look : LastLook
-    happened : list of (str, float)
-        What it has led to, for the run loop to take: names and times of events that are told.
-    points : list of PointChange
-        The same of single points.
+    reports : list of (float, int)
+        What it has led to, for the run loop to take: times and codes of what is told.
     titles : list of str
         Of the contacts that the last one concerned.
     told : ToldImpacts
@@ -94,8 +95,7 @@ class ContactChange(MarginEvent):
     stop: float = field(kw_only=True)
     rtol: float = field(kw_only=True)
     look: LastLook = field(kw_only=True)
-    happened: list[tuple[str, float]] = field(kw_only=True, default_factory=list)
-    points: list[PointChange] = field(kw_only=True, default_factory=list)
+    reports: list[tuple[float, int]] = field(kw_only=True, default_factory=list)
     titles: list[str] = field(kw_only=True, default_factory=list)
     told: ToldImpacts = field(kw_only=True, default_factory=ToldImpacts)
 
@@ -110,14 +110,12 @@ class ContactChange(MarginEvent):
 
     def changed(self, t: float, state: SceneState, y: Vector) -> Vector | None:
         """Return the state after what happens."""
-        from kanefe.kane.rigid_contacts.impacts import resolved
-
-        found = resolved(self.model, t, y, self.kind, self.span, self.stop, self.rtol, self.model.route.contact_instant)
-        self.happened.extend(found.happened)
-        self.points.extend(found.points)
+        code = CODES[self.kind]
+        found = self.model.route.asked_contacts(code, t, y, self.span, self.stop, self.rtol).changed()
+        self.reports.extend(found.reports)
         self.titles[:] = found.titles
-        self.told.take(found.told)
-        return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
+        self.told.adding.extend(found.told.adding)
+        return found.y
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,19 +203,15 @@ class ChangeReports:
         for event in events:
             if not isinstance(event, ContactChange):
                 continue
-            for name, t in event.happened:
-                self._times[name].append(t)
-                names.add(name)
-            for change in event.points:
-                names.update(self._told(change))
-            event.happened.clear()
-            event.points.clear()
+            for t, code in event.reports:
+                names.update(self.take_code(event.model, t, code))
+            event.reports.clear()
             self.impacts.take(event.told)
             event.told.clear()
         return names
 
-    def take_code(self, model: Model, t: float, code: int) -> None:
-        """Add what compiled code tells: see `kanefe.kernels.impacts.contact_changes.change_contacts`."""
+    def take_code(self, model: Model, t: float, code: int) -> list[str]:
+        """Add what is told: see `kanefe.kernels.impacts.contact_changes.change_contacts`; return names of events."""
         from kanefe.contact.rigid.rigid_contact import REPORTED_EVENTS
 
         contacts = model.rigid_contacts
@@ -229,17 +223,16 @@ class ChangeReports:
                 self.impacts.was_by_order([name], t)
             else:
                 self._times[f"{name} {REPORTED_EVENTS[what]}"].append(t)
-            return
-        from kanefe.kane.rigid_contacts.impacts import PointChange
+                return [f"{name} {REPORTED_EVENTS[what]}"]
+            return []
+        from kanefe.tree.point_changes import PointChange
+        from kanefe.tree.rigid_points import points_of_contacts
 
         number, change = divmod(code - REPORTED * len(contacts), POINT_CODES)
-        for k in range(len(contacts)):
-            contact = model.rigid_contact(k)
-            if number < len(contact.probes):
-                before, after, is_struck = change // 6, change // 2 % 3, bool(change % 2)
-                self._told(PointChange(contact.name, number, t, before, after, is_struck, contact.friction is not None))
-                return
-            number -= len(contact.probes)
+        k, point = points_of_contacts(model)[number]
+        before, after, is_struck = change // 6, change // 2 % 3, bool(change % 2)
+        rubs = model.rigid_contact(k).friction is not None
+        return self._told(PointChange(model.rigid_contact(k).name, point, t, before, after, is_struck, rubs))
 
     def _told(self, change: PointChange) -> list[str]:
         key = change.contact, change.point
@@ -259,8 +252,4 @@ def _never(t: float, state: SceneState) -> float:
 
 
 def _nearest(kind: str, look: LastLook, t: float, state: SceneState) -> float:
-    return min(_of_kind(kind, look.margins(t, state)).values(), default=FAR)
-
-
-def _of_kind(kind: str, found: ContactMargins) -> dict[tuple[int, int], float]:
-    return dict(zip(CODES, found, strict=True))[kind]
+    return float(look.margins(t, state)[list(CODES).index(kind)])

@@ -13,7 +13,7 @@ from kanefe.loads.action import End
 from kanefe.loads.base import Load
 
 if TYPE_CHECKING:
-    from kanefe.kane.state import State
+    from kanefe.tree.scene_state import SceneState
 
 ITERATIONS = 20
 CONVERGED = 1e-12
@@ -43,12 +43,12 @@ class FollowedStates:
         """Remember z at the start of a step that was taken, and its length, s."""
         self._before, self._h = before, h
 
-    def reached(self, state: State, z: Vector, h: float) -> Vector:
+    def reached(self, state: SceneState, z: Vector, h: float) -> Vector:
         """Return z at the end of a step of h (s), (states,).
 
         Parameters
         ----------
-        state : State
+        state : SceneState
             With q and u at the end of the step.
         z : ndarray, shape (states,)
             At its start.
@@ -69,28 +69,28 @@ class FollowedStates:
         return after
 
 
-def _end(load: Load, state: State, ends: Sequence[End], known: Vector, share: float) -> Vector:
+def _end(load: Load, state: SceneState, ends: Sequence[End], known: Vector, share: float) -> Vector:
     """Return the states z of a load with ``z = known + share rates(z)`` by Newton's method."""
     z, size = known, np.abs(known)
     for _ in range(ITERATIONS):
-        rates = load.action(state.t, ends, z).rates
+        rates = load.action(state.time, ends, z).rates
         left = known + share * rates - z
         size = np.maximum(size, share * np.abs(rates))
         if np.all(np.abs(left) <= CONVERGED * size):
             return z
         z = z + np.linalg.solve(np.eye(len(z)) - share * _slopes(load, state, ends, z, rates, size), left)
     raise StepFailure(
-        f"the internal states of {load.kind} {load.name!r} are not found at t = {state.t:.6g} s: in a step of "
+        f"the internal states of {load.kind} {load.name!r} are not found at t = {state.time:.6g} s: in a step of "
         "fixed length what it holds begins or ends too suddenly",
         "method='radau5' or 'auto' without step, whose steps end where that happens",
     )
 
 
-def _slopes(load: Load, state: State, ends: Sequence[End], z: Vector, rates: Vector, size: Vector) -> Matrix:
+def _slopes(load: Load, state: SceneState, ends: Sequence[End], z: Vector, rates: Vector, size: Vector) -> Matrix:
     """Return the derivatives of the rates of a load's states by the states."""
     slopes = np.zeros((len(z), len(z)))
     for k in np.flatnonzero(size):
         moved = z.copy()
         moved[k] += PROBE * size[k]
-        slopes[:, k] = (load.action(state.t, ends, moved).rates - rates) / (moved[k] - z[k])
+        slopes[:, k] = (load.action(state.time, ends, moved).rates - rates) / (moved[k] - z[k])
     return slopes

@@ -23,7 +23,7 @@ AT_NO_OUTPUT = np.array([np.inf])
 
 
 class MoreauJeanStepper(PythonStepper):
-    """Steps of Moreau and Jean in the middle of a run: see `kanefe.kane.rigid_contacts.time_stepping`.
+    """Steps of Moreau and Jean in the middle of a run: see `kanefe.literal.impact_steps`.
 
     Parameters
     ----------
@@ -168,7 +168,6 @@ class MoreauJeanStepper(PythonStepper):
 
     def _advance_in_python(self) -> None:
         """Take a step by the literal equations, or one with a crowd."""
-        from kanefe.kane.rigid_contacts.time_stepping import stepped
         from kanefe.kernels.impacts.march import ROUND_OFF
 
         t, y = self._t, self._y
@@ -179,7 +178,7 @@ class MoreauJeanStepper(PythonStepper):
             self._dynamics.evaluations += 1
             self._checked.check_granular(self._granular)
         else:
-            found = stepped(self._dynamics.model, t, y, h)
+            found = self._dynamics.model.literal.step_over_impacts(t, y, h)
             self._dynamics.evaluations += 2
             self._in_python += 1
             self._checked.check(found)

@@ -11,23 +11,14 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.events.contact_changes import STEPS_OVER
 from kanefe.integrate.status import UNFIT, RunStatus
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kernels.impacts.march import (
-    APPROACH,
-    BEND,
-    BEYOND,
-    DEEPEST,
-    DOUBLY,
-    LOWERED,
-    RESIDUAL,
-    TOLD,
-)
+from kanefe.kernels.impacts.march import BEYOND, DOUBLY, Told
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.time_stepping import Stepped
     from kanefe.order_n.granular_contacts import GranularSteps
+    from kanefe.tree.contact_steps import Stepped
 
 SHARE = 0.05
 """Number of output times that are checked, relative to the number of evaluations of a run. The run itself monitors
@@ -82,27 +73,32 @@ class StepsChecked:
 
     Attributes
     ----------
-    told : ndarray, shape (TOLD,)
-        Of all steps so far: see `kanefe.kernels.impacts.march`.
+    told : ndarray, shape (5,)
+        Of all steps so far: see `kanefe.kernels.impacts.march.Told`.
     too_deep : float
         Depth that is round-off, m.
     """
 
     def __init__(self, model: ModelData) -> None:
-        self._model, self.too_deep, self.told = model, BEYOND * scene_length(model), np.zeros(TOLD)
+        self._model, self.too_deep, self.told = model, BEYOND * scene_length(model), np.zeros(Told.number_count)
+        self._so_far = Told(self.told)
 
     @property
     def counted(self) -> dict[str, int | float]:
         """What steps have told, by its names in the statistics of a run."""
-        deepest, left, lowered = self.told[[DEEPEST, RESIDUAL, LOWERED]].tolist()
-        counts: dict[str, int | float] = {"penetration": deepest, "contact_residual": left}
-        return counts | ({"restitution_lowered": int(lowered)} if lowered else {})
+        told = self._so_far
+        counts: dict[str, int | float] = {
+            "penetration": float(told.deepest),
+            "contact_residual": float(told.residual),
+        }
+        return counts | ({"restitution_lowered": int(told.lowered)} if told.lowered else {})
 
     def check(self, found: Stepped) -> None:
         """Raise a StepFailure if a step breaks a law of a contact."""
         if not found.closed:
             return
-        approach, bend = max(float(self.told[APPROACH]), found.approach), float(self.told[BEND]) + found.bend
+        told = self._so_far
+        approach, bend = max(float(told.approach), found.approach), float(told.bend) + found.bend
         pushes = found.impulses.reshape(-1, 3)
         largest = float(np.abs(pushes[:, 0]).max())
         for (number, _), push in zip(found.closed, pushes, strict=True):
@@ -120,9 +116,8 @@ class StepsChecked:
             raise StepFailure(
                 f"{names}: penetrated by {found.deepest:.3g} m, more than the error of steps", REMEDY_OF_STEPS
             )
-        deepest, left = max(float(self.told[DEEPEST]), found.deepest), max(float(self.told[RESIDUAL]), found.residual)
-        self.told[[DEEPEST, RESIDUAL, APPROACH, BEND]] = deepest, left, approach, bend
-        self.told[LOWERED] += found.lowered
+        told.deepest, told.residual = max(told.deepest, found.deepest), max(told.residual, found.residual)
+        told.approach, told.bend, told.lowered = approach, bend, told.lowered + found.lowered
 
     def check_granular(self, granular: GranularSteps) -> None:
         """Raise a StepFailure if impulses among many are none that contacts can have, or one ball is within another."""
@@ -138,7 +133,8 @@ class StepsChecked:
                 f"{title}: penetrated by {granular.deepest:.3g} m, more than the radius of the smallest ball",
                 REMEDY_OF_STEPS,
             )
-        self.told[[DEEPEST, RESIDUAL, LOWERED]] = granular.deepest, granular.residual, granular.lowered
+        told = self._so_far
+        told.deepest, told.residual, told.lowered = granular.deepest, granular.residual, granular.lowered
 
 
 def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:

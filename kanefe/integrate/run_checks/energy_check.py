@@ -38,7 +38,7 @@ def account(model: Model, run: Trajectory) -> None:
     for text in remarks(run.statistics, model):
         warnings.warn(text, SimulationWarning, stacklevel=outside())
     if any(body.flexible is not None for body in model.bodies):
-        from kanefe.kane.unstiffened import warn_of_axial_forces
+        from kanefe.equations.unstiffened import warn_of_axial_forces
 
         warn_of_axial_forces(model, run.times, run.coordinates, run.speeds)
 

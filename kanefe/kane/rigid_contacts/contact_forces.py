@@ -14,12 +14,13 @@ import numpy as np
 
 from kanefe.contact.contact_point_outputs import POINT_OUTPUTS
 from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
-from kanefe.errors import ModelError, SimulationError
+from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.assemble import held_solver
 from kanefe.kane.constraints import force_rows, held_rows, meetings, motion_in_N, touching_rows
 from kanefe.kane.rigid_contacts.contact_shares import shared_forces
 from kanefe.kane.state import State, once
+from kanefe.tree.contact_changes import paradox
 
 if TYPE_CHECKING:
     from kanefe.bodies.marker import Marker
@@ -195,7 +196,7 @@ def check_determined(state: State, least: float = 1e-9) -> None:
     lost = np.flatnonzero(gained <= least * plain)
     if len(lost):
         contact, i = list(slipping.values())[int(lost[0])]
-        raise paradox(contact, i, state.t)
+        raise paradox(contact.title, i, state.t)
 
 
 def check_movable(state: State, contact: RigidContact) -> None:
@@ -214,15 +215,6 @@ def check_movable(state: State, contact: RigidContact) -> None:
                 f"{contact.title}: neither its surface nor the body of probe {i + 1} is free to move: both are fixed "
                 "or driven, and a force between them has no value. Remedy: leave it out, or free one of the two"
             )
-
-
-def paradox(contact: RigidContact, i: int, t: float) -> SimulationError:
-    """Return the error that Painleve's paradox deserves."""
-    return SimulationError(
-        f"at t = {t:.6g} s the force on probe {i + 1} of {contact.title}, which slips, has no value, or several: "
-        "friction presses it into the surface more than the force can hold it out (Painleve's paradox). Remedy: less "
-        "friction, or a compliant contact, kanefe.HuntCrossley(...)"
-    )
 
 
 def probe_jacobian(state: State, number: int, i: int) -> Matrix:

@@ -3,7 +3,7 @@
 The nearest in the metric of the inertias that the sweeps eliminate. Newton's step is ``-M^-1 J^T lambda`` with
 ``J M^-1 J^T lambda = g``: the system that also holds the accelerations. What is eliminated is kept while the loops
 close fast, so that what a step of an integrator leaves open costs one elimination and a few sweeps.
-`kanefe.kane.loop_closure` is the same in dense matrices.
+`kanefe.literal.loop_closure` is the same in dense matrices.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Steps of Moreau and Jean of many loose bodies: balls that meet each other and walls, and what impulses make of them.
 
-The equations are those of `kanefe.kane.rigid_contacts.time_stepping`. Every body turns about its centre of mass, so
+The equations are those of `kanefe.literal.impact_steps`. Every body turns about its centre of mass, so
 that each has an inverse of its own; impulses begin from those of the step before. Which balls may meet is found by a
 sweep along x, whose order hardly changes from step to step.
 """

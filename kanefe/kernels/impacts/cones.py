@@ -1,4 +1,16 @@
-"""The complementarity problem of contacts with Coulomb's friction in compiled code: see `kanefe.contact.rigid.cone`."""
+"""Forces or impulses of contacts with Coulomb's friction: a complementarity problem over cones.
+
+    y = G x + b,    0 <= x_N - least  _|_  y_N >= 0,    x_T opposes y_T and |x_T| <= mu x_N, = mu x_N where y_T != 0
+
+for each of some contacts, whose normal and two directions along the surface are three rows after each other. One that
+slips in a known direction d has ``x_T = -mu x_N d`` instead. The same problem of accelerations gives forces, of speeds
+impulses (Glocker, "Set-Valued Force Laws", 2001; Acary & Brogliato, "Numerical Methods for Nonsmooth
+Dynamical Systems", 2008).
+
+Gauss and Seidel's iteration leads near a solution, Newton's to it: on the equations of Alart and Curnier, which say by
+projections which of a contact's states holds (Comput. Methods Appl. Mech. Eng. 92 (1991) 353-375). Problems nearby
+lead to what these do not find in a few rounds.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +21,9 @@ import numpy as np
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals
+from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.impacts.tolerances import (
     CLOSE,
     DEPENDENT,
@@ -22,142 +35,187 @@ from kanefe.kernels.impacts.tolerances import (
     ROUNDS,
     SWEEPS,
 )
+from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.values.records import Record, Rows, allocate
+from kanefe.kernels.values.tensors import Vector
 
 
-class ConeMemory(NamedTuple):
+class Cone(Record):
+    """What a contact of a problem can have.
+
+    Attributes
+    ----------
+    mu, least : float
+        Friction, and least normal force.
+    step : float
+        By what its rates are multiplied: the inverse of the largest of its own entries of G.
+    along, across : float
+        Direction of its slip; NaN: it is free to choose.
+    """
+
+    mu: float
+    least: float
+    step: float
+    along: float
+    across: float
+
+
+Cones = Rows[Cone]
+"""All contacts of a problem: of `Problem.each`."""
+
+
+class Wanted(Record):
+    """What `solve_one` is asked for.
+
+    Attributes
+    ----------
+    contacts : int
+    is_warm : bool
+        Whether the forces are a first guess.
+    is_solved : bool
+        On return: whether there are forces.
+    """
+
+    contacts: int
+    is_warm: bool
+    is_solved: bool
+
+
+@in_place
+class Problem(NamedTuple):
     """A problem of k contacts, of the most that there may be, and its workspace.
 
     Attributes
     ----------
-    G, b : ndarray
-        See `kanefe.contact.rigid.cone.Cones`; the first k contacts count.
-    of_each : ndarray, shape (3, k)
-        Friction, least normal force, and by what the rates of each contact are multiplied.
-    slips : ndarray, shape (k, 3)
-        Of which two count.
-    lines : ndarray, shape (LINES, 3 k)
-    dF : ndarray, shape (3 k, 3 k)
+    G, b, x : ndarray, shapes (3 k, 3 k), (3 k,), (3 k,)
+        What unit forces do, ``J M^-1 J^T``; rates without forces; forces.
+    each : ndarray
+        `Cones`.
+    wanted : ndarray of int
+        `Wanted`.
+    projected, tried, value, order, shares, row, own_b, own_diagonal : ndarray, shape (3 k,)
+        Workspace.
+    slopes : ndarray, shape (3 k, 3 k)
+        Derivative of `value` by `tried`.
     """
 
     G: RealRows
     b: Reals
-    of_each: RealRows
-    slips: RealRows
-    lines: RealRows
-    dF: RealRows
+    x: Reals
+    each: RealRows
+    wanted: Integers
+    projected: Reals
+    tried: Reals
+    value: Reals
+    order: Reals
+    shares: Reals
+    row: Reals
+    own_b: Reals
+    own_diagonal: Reals
+    slopes: RealRows
 
 
-MU, LEAST, STEP = range(3)
-PROJECTED, TRIED, F, ORDER, SHARES, ROW, OWN_B, OWN_DIAGONAL = range(8)
-LINES = 8
-
-
-def cones_of(count: int) -> ConeMemory:
+def problem_of(count: int) -> Problem:
     """Return the memory of a problem of so many contacts at most."""
     n = 3 * count
-    lines = np.zeros((LINES, n))
-    return ConeMemory(
-        np.zeros((n, n)), np.zeros(n), np.zeros((3, count)), np.zeros((count, 3)), lines, np.zeros((n, n))
-    )
+    each, lines = np.zeros((count, Cone.number_count)), np.zeros((10, n))
+    return Problem._make((np.zeros((n, n)), *lines[:2], each, *allocate(Wanted), *lines[2:], np.zeros((n, n))))
 
 
 @inlined
-def is_given(cones: ConeMemory, i: int) -> bool:
+def slips_along(cone: Cone) -> bool:
     """Return whether a contact slips in a known direction."""
-    return not np.isnan(cones.slips[i, 0])
+    return not np.isnan(cone.along)
 
 
-AHEAD_OF_IT, ROW_OF_FORCES, CONTACTS, IS_WARM, IS_SOLVED = range(5)
-"""Numbers of `solve_one`: which of two problems, row of the forces, number of contacts, whether these are a first
-guess; on return, whether there are forces."""
+@inlined
+def let_choose(cone: Cone) -> None:
+    """Let a contact stick, or slip where it wants to."""
+    cone.along = cone.across = np.nan
 
 
 @entry()
-def solve_one(problem: ConeMemory, ahead: ConeMemory, vectors: RealRows, wanted: Reals) -> None:
-    """Solve one of two problems, into one of some rows of forces: a unit of its own, called from many places."""
-    x, k, is_warm = vectors[int(wanted[ROW_OF_FORCES])], int(wanted[CONTACTS]), wanted[IS_WARM] != 0.0
-    if wanted[AHEAD_OF_IT] != 0.0:
-        done = solve_cones(ahead, k, x, is_warm)
-    else:
-        done = solve_cones(problem, k, x, is_warm)
-    wanted[IS_SOLVED] = 1.0 if done else 0.0
+def solve_one(problem: Problem) -> None:
+    """Solve a problem: a unit of its own, called from many places."""
+    wanted = Wanted(problem.wanted)
+    wanted.is_solved = solve_cones(problem, wanted.contacts, wanted.is_warm)
 
 
 @kernel
-def solve_cones(cones: ConeMemory, k: int, x: np.ndarray, is_warm: bool) -> bool:
-    """Write the forces of k contacts, from those in x where that is wanted; return whether there are some."""
-    n, all_free, longest, largest, least = 3 * k, True, 0.0, 0.0, 0.0
-    _put_steps(cones, k)
+def solve_cones(problem: Problem, k: int, is_warm: bool) -> bool:
+    """Write the forces of k contacts, from those of before where that is wanted; return whether there are some."""
+    cones, n, x, value = Cones(problem.each), 3 * k, problem.x, problem.value
+    all_free, longest, least = True, 0.0, 0.0
+    _put_steps(problem, k)
     for i in range(k):
-        longest = max(longest, cones.of_each[STEP, i])
-        least = max(least, abs(cones.of_each[LEAST, i]))
-        all_free = all_free and not is_given(cones, i)
-    for i in range(n):
-        largest = max(largest, abs(cones.b[i]))
-        x[i] = x[i] if is_warm else 0.0
-    size = largest * longest + least
+        longest, least = max(longest, cones[i].step), max(least, abs(cones[i].least))
+        all_free = all_free and not slips_along(cones[i])
+    if not is_warm:
+        x[:n] = 0.0
+    size = largest_of(problem.b, n) * longest + least
     if size == 0.0:
         x[:n] = 0.0
         return True
     if not is_warm and all_free:  # of what lies and sticks the forces of least norm often are those
         for i in range(n):
-            cones.lines[F][i] = -cones.b[i]
-            copy(cones.G[i, :n], cones.dF[i, :n])
-        _solve(cones, n)
-        if residual(cones, k, cones.lines[F]) <= CLOSE * max(size, largest_of(cones.lines[F], n)):
-            copy(cones.lines[F][:n], x[:n])
+            value[i] = -problem.b[i]
+            copy(problem.G[i, :n], problem.slopes[i])
+        solve_least_norm(problem, n)
+        if residual(problem, k, value) <= CLOSE * max(size, largest_of(value, n)):
+            copy(value[:n], x)
             return True
     for _ in range(ROUNDS):
-        if _newton(cones, k, x, size):
+        if _newton(problem, k, size):
             return True
-        _sweep(cones, k, x)
+        _sweep(problem, k)
         if not largest_of(x, n) <= FARTHEST * size:
             return False
-    return _solve_nearby(cones, k, x, size)
+    return _solve_nearby(problem, k, size)
 
 
 @kernel
-def _put_steps(cones: ConeMemory, k: int) -> None:
-    """Write by what the rates of each contact are multiplied: the inverse of the largest of its own entries."""
+def _put_steps(problem: Problem, k: int) -> None:
+    """Write by what the rates of each contact are multiplied."""
     for i in range(k):
-        cones.of_each[STEP, i] = 1.0 / max(_largest_of_block(cones.G, 3 * i), 1e-300)
+        Cones(problem.each)[i].step = 1.0 / max(_largest_of_block(problem.G, 3 * i), 1e-300)
 
 
 @kernel
-def _sweep(cones: ConeMemory, k: int, x: np.ndarray) -> None:
+def _sweep(problem: Problem, k: int) -> None:
     """Go over the contacts by Gauss and Seidel's iteration."""
     for _ in range(SWEEPS):
         for i in range(k):
-            _project(cones, k, i, x)
-            copy(cones.lines[PROJECTED][3 * i : 3 * i + 3], x[3 * i : 3 * i + 3])
+            put_three(problem.x, 3 * i, _project(problem, k, i, problem.x))
 
 
 @kernel
-def _solve_nearby(cones: ConeMemory, k: int, x: np.ndarray, size: float) -> bool:
+def _solve_nearby(problem: Problem, k: int, size: float) -> bool:
     """Write the solution to which those of problems ``(G + rho) x + b - rho x_before`` lead, with less and less rho.
 
-    See `kanefe.contact.rigid.cone.solved`.
+    Of points that depend on each other, such as the corners of a box, G has no inverse. Where b needs a long way along
+    what it does not see, sweeps go there by steps as short as b misses its range (the proximal point algorithm: R. T.
+    Rockafellar, SIAM J. Control Optim. 14 (1976) 877-898).
     """
-    n, base, own_b, own = 3 * k, 0.0, cones.lines[OWN_B], cones.lines[OWN_DIAGONAL]
+    n, x, base, own_b, own = 3 * k, problem.x, 0.0, problem.own_b, problem.own_diagonal
     for i in range(n):
-        own_b[i], own[i] = cones.b[i], cones.G[i, i]
+        own_b[i], own[i] = problem.b[i], problem.G[i, i]
         base = max(base, own[i])
     rho, is_solved = base, False
     for _ in range(NEARBY):
         for i in range(n):
-            cones.b[i], cones.G[i, i] = own_b[i] - rho * x[i], own[i] + rho
-        _put_steps(cones, k)
-        is_near = _newton(cones, k, x, size)
+            problem.b[i], problem.G[i, i] = own_b[i] - rho * x[i], own[i] + rho
+        _put_steps(problem, k)
+        is_near = _newton(problem, k, size)
         if not is_near:
-            _sweep(cones, k, x)
-            is_near = _newton(cones, k, x, size)
+            _sweep(problem, k)
+            is_near = _newton(problem, k, size)
         for i in range(n):
-            cones.b[i], cones.G[i, i] = own_b[i], own[i]
-        _put_steps(cones, k)
+            problem.b[i], problem.G[i, i] = own_b[i], own[i]
+        _put_steps(problem, k)
         biggest = largest_of(x, n)
         if not biggest <= FARTHEST * size:
             break
-        left = residual(cones, k, x)
+        left = residual(problem, k, x)
         is_solved = left <= ENOUGH * size
         if left <= NEARLY * max(size, biggest):
             break
@@ -191,98 +249,96 @@ def _largest_of_block(G: np.ndarray, at: int) -> float:
 
 
 @kernel
-def residual(cones: ConeMemory, k: int, x: np.ndarray) -> float:
+def residual(problem: Problem, k: int, x: np.ndarray) -> float:
     """Return how far forces are from a solution: the largest change that a projection makes, in their unit."""
     worst = 0.0
     for i in range(k):
-        _project(cones, k, i, x)
-        for row in range(3 * i, 3 * i + 3):
-            change = abs(cones.lines[PROJECTED][row] - x[row])
-            worst = change if change > worst or np.isnan(change) else worst
+        put_three(problem.projected, 3 * i, _project(problem, k, i, x) - three(x, 3 * i))
+        change = largest_of(problem.projected[3 * i :], 3)
+        worst = change if change > worst or np.isnan(change) else worst
     return worst
 
 
-@kernel
-def _step(cones: ConeMemory, k: int, i: int, x: np.ndarray) -> None:
-    """Write the forces of a contact less a step along its rates."""
-    for row in range(3 * i, 3 * i + 3):
-        rate = cones.b[row]
-        for j in range(3 * k):
-            rate += cones.G[row, j] * x[j]
-        cones.lines[PROJECTED][row] = x[row] - cones.of_each[STEP, i] * rate
+@inlined
+def summed(G: np.ndarray, k: int, i: int, x: np.ndarray, start: Vector) -> Vector:
+    """Return a vector and what forces of k contacts do to contact i."""
+    row, a, b, c = 3 * i, start.x, start.y, start.z
+    for j in range(3 * k):
+        a, b, c = a + G[row, j] * x[j], b + G[row + 1, j] * x[j], c + G[row + 2, j] * x[j]
+    return Vector(a, b, c)
+
+
+@inlined
+def rates_by(problem: Problem, k: int, i: int, x: np.ndarray) -> Vector:
+    """Return the rates of contact i with the forces of k contacts."""
+    return summed(problem.G, k, i, x, three(problem.b, 3 * i))
 
 
 @kernel
-def _project(cones: ConeMemory, k: int, i: int, x: np.ndarray) -> None:
-    """Write the nearest force that a contact can have after a step: with the friction of its normal force then."""
-    _step(cones, k, i, x)
-    p, n = cones.lines[PROJECTED], 3 * i
-    p[n] = max(p[n], cones.of_each[LEAST, i])
-    if is_given(cones, i):
-        p[n + 1], p[n + 2] = (
-            -cones.of_each[MU, i] * p[n] * cones.slips[i, 0],
-            -cones.of_each[MU, i] * p[n] * cones.slips[i, 1],
-        )
-        return
-    along, most = np.hypot(p[n + 1], p[n + 2]), cones.of_each[MU, i] * max(p[n], 0.0)
+def _project(problem: Problem, k: int, i: int, x: np.ndarray) -> Vector:
+    """Return the nearest force that a contact can have after a step: with the friction of its normal force then."""
+    cone = Cones(problem.each)[i]
+    p = three(x, 3 * i) - cone.step * rates_by(problem, k, i, x)
+    normal = max(p.x, cone.least)
+    if slips_along(cone):
+        return Vector(normal, -cone.mu * normal * cone.along, -cone.mu * normal * cone.across)
+    along, most = np.hypot(p.y, p.z), cone.mu * max(normal, 0.0)
     kept = 1.0 if along <= most else most / along
-    p[n + 1], p[n + 2] = kept * p[n + 1], kept * p[n + 2]
+    return Vector(normal, kept * p.y, kept * p.z)
 
 
 @kernel
-def _newton(cones: ConeMemory, k: int, x: np.ndarray, size: float) -> bool:
+def _newton(problem: Problem, k: int, size: float) -> bool:
     """Write the solution that Newton's method finds from near it, if it does."""
-    n, tried = 3 * k, cones.lines[TRIED]
-    copy(x[:n], tried[:n])
+    n, tried, value = 3 * k, problem.tried, problem.value
+    copy(problem.x[:n], tried)
     for _ in range(NEWTON_STEPS):
         for i in range(k):
-            _put_equations(cones, k, i)
-        if largest_of(cones.lines[F], n) <= CLOSE * max(size, largest_of(tried, n)):
-            copy(tried[:n], x[:n])
+            _put_equations(problem, k, i)
+        if largest_of(value, n) <= CLOSE * max(size, largest_of(tried, n)):
+            copy(tried[:n], problem.x)
             return True
-        _solve(cones, n)
+        solve_least_norm(problem, n)
         for i in range(n):
-            tried[i] -= cones.lines[F][i]
+            tried[i] -= value[i]
         if not largest_of(tried, n) < np.inf:
             return False
     return False
 
 
 @kernel
-def _put_equations(cones: ConeMemory, k: int, i: int) -> None:
+def _put_equations(problem: Problem, k: int, i: int) -> None:
     """Write ``x - projected(x - r y)`` of a contact and its derivative."""
-    G, dF, r, n = cones.G, cones.dF, cones.of_each[STEP, i], 3 * i
-    x, p, value = cones.lines[TRIED], cones.lines[PROJECTED], cones.lines[F]
-    _step(cones, k, i, x)
-    is_pressed = p[n] > cones.of_each[LEAST, i]
-    normal, moves = p[n] if is_pressed else cones.of_each[LEAST, i], 1.0 if is_pressed else 0.0
-    mu, along = cones.of_each[MU, i], np.hypot(p[n + 1], p[n + 2])
-    most = mu * max(normal, 0.0)
-    holds, slips = along <= most, is_given(cones, i)
+    G, slopes, cone, n = problem.G, problem.slopes, Cones(problem.each)[i], 3 * i
+    r, mu, x = cone.step, cone.mu, three(problem.tried, n)
+    p = x - r * rates_by(problem, k, i, problem.tried)
+    is_pressed = p.x > cone.least
+    normal, moves = p.x if is_pressed else cone.least, 1.0 if is_pressed else 0.0
+    along, most = np.hypot(p.y, p.z), mu * max(normal, 0.0)
+    holds, slips = along <= most, slips_along(cone)
     # the friction of what slips, its change with the normal force, and with its own step
-    c = cones.slips[i, 0] if slips else p[n + 1] / along if along > 0.0 else 0.0
-    s = cones.slips[i, 1] if slips else p[n + 2] / along if along > 0.0 else 0.0
+    c = cone.along if slips else p.y / along if along > 0.0 else 0.0
+    s = cone.across if slips else p.z / along if along > 0.0 else 0.0
     by_normal = mu if slips else 0.0 if holds or most == 0.0 else -mu
     by_step = 0.0 if slips or most == 0.0 else 1.0 if holds else most / along
     rubs = mu * normal if slips else -most
-    value[n] = x[n] - normal
-    value[n + 1] = x[n + 1] - p[n + 1] if holds and not slips else x[n + 1] + rubs * c
-    value[n + 2] = x[n + 2] - p[n + 2] if holds and not slips else x[n + 2] + rubs * s
+    sticks = holds and not slips
+    first = x.y - p.y if sticks else x.y + rubs * c
+    put_three(problem.value, n, Vector(x.x - normal, first, x.z - p.z if sticks else x.z + rubs * s))
     cc, cs, ss = (1.0, 0.0, 1.0) if holds else (1.0 - c * c, -c * s, 1.0 - s * s)
     for j in range(3 * k):
         one, two = 1.0 if j == n else 0.0, 1.0 if j == n + 1 else 0.0
-        three = 1.0 if j == n + 2 else 0.0
+        three_ = 1.0 if j == n + 2 else 0.0
         d_normal = moves * (one - r * G[n, j])
-        d_first, d_second = by_step * (two - r * G[n + 1, j]), by_step * (three - r * G[n + 2, j])
-        dF[n, j] = one - d_normal
-        dF[n + 1, j] = two + by_normal * c * d_normal - (cc * d_first + cs * d_second)
-        dF[n + 2, j] = three + by_normal * s * d_normal - (cs * d_first + ss * d_second)
+        d_first, d_second = by_step * (two - r * G[n + 1, j]), by_step * (three_ - r * G[n + 2, j])
+        slopes[n, j] = one - d_normal
+        slopes[n + 1, j] = two + by_normal * c * d_normal - (cc * d_first + cs * d_second)
+        slopes[n + 2, j] = three_ + by_normal * s * d_normal - (cs * d_first + ss * d_second)
 
 
 @kernel
-def _solve(cones: ConeMemory, n: int) -> None:
-    """Replace F by the least solution of ``dF x = F``."""
-    rank, _ = factor_least(
-        cones.dF, cones.lines[F], n, DEPENDENT, cones.lines[ORDER], cones.lines[SHARES], cones.lines[ROW]
-    )
-    solve_least(cones.dF, cones.lines[F], n, rank, cones.lines[ORDER], cones.lines[SHARES], cones.lines[ROW])
+def solve_least_norm(problem: Problem, n: int) -> None:
+    """Replace the value by the least solution of ``slopes x = value``."""
+    slopes, value, order, shares, row = problem.slopes, problem.value, problem.order, problem.shares, problem.row
+    rank, _ = factor_least(slopes, value, n, DEPENDENT, order, shares, row)
+    solve_least(slopes, value, n, rank, order, shares, row)

@@ -1,13 +1,13 @@
-"""Events of rigid contacts in compiled code: impacts, and what is open, sticks and slips afterwards.
+"""Events of rigid contacts: impacts, and which of them are open, stick and slip afterwards.
 
-The law is that of `kanefe.kane.rigid_contacts.impacts`, which is independent of this.
+Impacts follow `kanefe.kernels.impacts.impulses`, all contacts that are closed taking part at once. What follows is
+decided by the forces: the complementarity of accelerations.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
@@ -19,11 +19,12 @@ from kanefe.kernels.contact.rigid_points import (
     KEPT,
     KEPT_RATE,
     LAW,
-    MET,
     NEWTON,
     OF_POINT,
     STATUS,
     TELLS,
+    Meeting,
+    Meetings,
 )
 from kanefe.kernels.impacts.contact_questions import (
     BEGINS_SLIP,
@@ -32,10 +33,14 @@ from kanefe.kernels.impacts.contact_questions import (
     BLURS,
     BY_ORDER,
     BY_POISSON,
+    GAINED,
     IS_DECIDED,
     LENGTH,
     LIFT,
     LIFTS,
+    MARGINS,
+    NO_FORCES,
+    NO_IMPULSES,
     POINT_CODES,
     REPORT_COUNT,
     REPORTED,
@@ -46,44 +51,28 @@ from kanefe.kernels.impacts.contact_questions import (
     SLIP,
     START,
     STICK,
+    TELLS_GAINS,
     TOUCH,
     TOUCHES,
+    UNKNOWN,
     WHAT,
     WHEN,
+    WHY_NOT,
 )
 from kanefe.kernels.impacts.decision import (
-    ACCELERATIONS,
-    AFTER,
-    AT_REST_BELOW,
-    BEFORE,
-    IS_CLOSED,
-    IS_CONCERNED,
-    IS_LIFTED,
-    IS_STRUCK,
-    IS_TAKING,
-    MARGINS_NOW,
-    NOT_MOVING,
-    ON_GAP,
-    ON_LEFT,
-    ON_NORMAL,
-    ON_SLIP,
-    OPEN,
-    POINTS_NOW,
-    RATES_OF_POINTS,
-    SLIP_OF,
-    SLIPS,
-    SLOW,
-    STICKS,
-    TAKES,
-    TOLD_OF_ORDER,
-    TOLD_OF_POISSON,
-    TURNING,
     Asking,
     Decision,
+    Look,
+    Point,
+    Status,
+    is_at_rest,
     look,
+    on_surface,
+    points_of,
 )
-from kanefe.kernels.impacts.impulses import is_at_rest, stop, strike
-from kanefe.kernels.impacts.stick_or_slip import on_surface, put_statuses
+from kanefe.kernels.impacts.drawn_in import draw_in, draw_in_together, largest_acceleration
+from kanefe.kernels.impacts.impulses import stop, strike
+from kanefe.kernels.impacts.stick_or_slip import FOUND, Event, put_statuses
 from kanefe.kernels.impacts.tolerances import (
     ACCEPTED,
     BEGINNING,
@@ -97,12 +86,14 @@ from kanefe.kernels.impacts.tolerances import (
     STILL,
     STOPPED,
 )
+from kanefe.kernels.joints.motion import put_three
 from kanefe.kernels.tables import RigidPoints
+from kanefe.kernels.values.tensors import ZERO, Vector, dot
 
 
 @entry()
 def change_contacts(asking: Asking, decision: Decision, asked: Reals, y: Reals, reports: RealRows) -> None:
-    """Write speeds and states of rigid contacts after an event to a state, or how far margins may be below zero.
+    """Write speeds and states of rigid contacts after an event to a state, or what is asked of their margins.
 
     Parameters
     ----------
@@ -115,44 +106,47 @@ def change_contacts(asking: Asking, decision: Decision, asked: Reals, y: Reals, 
         On return, behind those that there are: times and codes of what is told: ``REPORTED contact + what``, and behind
         those of all contacts ``POINT_CODES point + 6 before + 2 after + is struck``.
     """
-    if int(asked[WHAT]) == BLURS:
-        done = _put_blurs(asking, decision, asked, y)
+    what, asked[GAINED] = int(asked[WHAT]), 0.0
+    if what == MARGINS:
+        why_not = FOUND if look(asking, decision, Look.MARGINS, asked[WHEN], decision.taking[:0]) else UNKNOWN
+    elif what == BLURS:
+        why_not = _put_blurs(asking, decision, asked)
     else:
-        done = _change(asking, decision, asked, y, reports)
-    asked[IS_DECIDED] = 1.0 if done else 0.0
+        why_not = _change(asking, decision, asked, y, reports)
+    asked[IS_DECIDED], asked[WHY_NOT] = 1.0 if why_not == FOUND else 0.0, why_not
 
 
 @kernel
-def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray) -> bool:
+def _put_blurs(asking: Asking, decision: Decision, asked: np.ndarray) -> int:
     """Write how far each kind of margin may be below zero by round-off."""
-    now = decision.now
-    flags = decision.flags
+    points, meetings, largest, count = points_of(decision), Meetings(decision.now.met), 0.0, 0
     asked[BLUR : BLUR + 4] = 0.0
-    if not look(asking, decision, MARGINS_NOW, asked[WHEN], 0):
-        return False
-    found, largest, asks = decision.margins, 0.0, 0
-    for p in range(len(found)):
-        largest = max(largest, abs(found[p, ON_NORMAL]) if found[p, ON_NORMAL] < np.inf else 0.0)
-        flags[IS_TAKING, p] = found[p, ON_LEFT] < np.inf
-        if flags[IS_TAKING, p] != 0:
-            flags[TAKES, asks] = p
-            asks += 1
-    if asks > 0 and not look(asking, decision, POINTS_NOW, asked[WHEN], asks):
-        return False
-    for p in range(len(found)):
-        if found[p, ON_GAP] < np.inf:
-            asked[BLUR] = max(asked[BLUR], max(ROUND_OFF_OF_GAPS * asked[LENGTH], _blur_of_place(now.met, p)))
-        lift, slip = BLUR + LIFT - TOUCH, BLUR + SLIP - TOUCH
-        if found[p, ON_NORMAL] < np.inf:
-            asked[lift] = max(asked[lift], _blur_of_force(found[p, ON_NORMAL], largest))
-        if found[p, ON_SLIP] < np.inf:
-            asked[slip] = max(asked[slip], _blur_of_force(found[p, ON_SLIP], largest))
-        if found[p, ON_LEFT] < np.inf:
-            rest = STOPPED * now.sizes[p]
+    if not look(asking, decision, Look.MARGINS, asked[WHEN], decision.taking[:0]):
+        return UNKNOWN
+    for p in range(len(points)):
+        point = points[p]
+        largest = max(largest, abs(point.normal) if point.normal < np.inf else 0.0)
+        point.takes_part = point.left_of_slip < np.inf
+        if point.takes_part:
+            decision.taking[count] = p
+            count += 1
+    if count > 0 and not look(asking, decision, Look.POINTS, asked[WHEN], decision.taking[:count]):
+        return UNKNOWN
+    for p in range(len(points)):
+        point, met = points[p], meetings[p]
+        if point.gap < np.inf:
+            asked[BLUR] = max(asked[BLUR], max(ROUND_OFF_OF_GAPS * asked[LENGTH], _blur_of_place(met)))
+        lift, slip, stick = BLUR + LIFT - TOUCH, BLUR + SLIP - TOUCH, BLUR + STICK - TOUCH
+        if point.normal < np.inf:
+            asked[lift] = max(asked[lift], _blur_of_force(point.normal, largest))
+        if point.slip_margin < np.inf:
+            asked[slip] = max(asked[slip], _blur_of_force(point.slip_margin, largest))
+        if point.left_of_slip < np.inf:
+            rest = STOPPED * decision.now.sizes[p]
             # of a speed v against the slip, 3/2 v is left; for a slipping point the sign is known
-            if np.hypot(now.met[p, MET.rates + 1], now.met[p, MET.rates + 2]) <= rest:
-                asked[BLUR + STICK - TOUCH] = max(asked[BLUR + STICK - TOUCH], 1.5 * rest)
-    return True
+            if np.hypot(met.rates.y, met.rates.z) <= rest:
+                asked[stick] = max(asked[stick], 1.5 * rest)
+    return FOUND
 
 
 @inlined
@@ -162,155 +156,181 @@ def _blur_of_force(margin: float, largest: float) -> float:
     return max(ROUND_OFF_OF_FORCES * largest, -DEEPER * margin if is_accepted else 0.0)
 
 
+@inlined
+def _blur_of_place(met: Meeting) -> float:
+    """Return the round-off of a gap by the distance of its point from the origin, m."""
+    return ROUND_OFF_OF_GAPS * np.sqrt(dot(met.point, met.point))
+
+
 @kernel
-def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray, reports: np.ndarray) -> bool:
-    """Write what follows an event; return whether it is known."""
-    now = decision.now
-    flags, vectors, speeds = decision.flags, decision.vectors, decision.speeds
-    t, what = asked[WHEN], int(asked[WHAT])
-    u, span = y[asking.first_state - decision.motion.shape[1] : asking.first_state], asked[RUN_SPAN]
-    if not look(asking, decision, MARGINS_NOW, t, 0):
-        return False
-    count = _select(asking.points, decision, asked, u)
-    if count == 0:
-        return True
-    if not look(asking, decision, POINTS_NOW, t, count):
-        return False
-    largest, strikes = 0.0, False
-    for a in range(count):
-        p = flags[TAKES, a]
-        for i in range(3 * p, 3 * p + 3):
-            largest = max(largest, abs(now.b[i]))
-    fallen = largest * MOMENT * span
-    for a in range(count):
-        p = flags[TAKES, a]
-        size = now.sizes[p]
-        speed = max(size, asked[LENGTH])
-        speeds[NOT_MOVING, p], speeds[AT_REST_BELOW, p] = (
-            max(STILL * size, fallen),
-            max(STOPPED * size, fallen),
-        )
-        speeds[SLOW, p] = asked[RUN_RTOL] ** BEGINNING * speed
-        if what == STICK and flags[IS_CONCERNED, p] != 0:
-            # a slip that ends, or turns, within the noise of the run, begins anew or is over
-            speeds[AT_REST_BELOW, p] = max(speeds[AT_REST_BELOW, p], asked[RUN_RTOL] * speed)
-        copy(now.met[p, MET.rates : MET.rates + 3], vectors[RATES_OF_POINTS][3 * p : 3 * p + 3])
-        flags[IS_STRUCK, p] = 0
-        strikes = strikes or vectors[RATES_OF_POINTS, 3 * p] < -speeds[NOT_MOVING, p]
+def _change(asking: Asking, decision: Decision, asked: np.ndarray, y: np.ndarray, reports: np.ndarray) -> int:
+    """Write what follows an event; return why it is not known."""
+    points, t, first = points_of(decision), asked[WHEN], asking.first_state
+    u, z = y[first - decision.motion.shape[1] : first], y[first:]
+    if not look(asking, decision, Look.MARGINS, t, decision.taking[:0]):
+        return UNKNOWN
+    taking = decision.taking[: _select(asking.points, decision, asked, u)]
+    if len(taking) == 0:
+        return FOUND
+    if not look(asking, decision, Look.POINTS, t, taking):
+        return UNKNOWN
+    strikes, fallen = False, largest_acceleration(decision, taking) * MOMENT * asked[RUN_SPAN]
+    for p in taking:
+        _begin(points[p], Meetings(decision.now.met)[p].rates, decision.now.sizes[p], fallen, asked)
+        strikes = strikes or points[p].rates.x < -points[p].not_moving
     if strikes:
-        if not strike(asking, decision, count, u, y[asking.first_state :]):
-            return False
-        _tell_of_impact(asking, decision, count, asked, reports)
-    for a in range(count):
-        p = flags[TAKES, a]
-        flags[IS_CLOSED, p] = vectors[RATES_OF_POINTS, 3 * p] <= speeds[NOT_MOVING, p] and flags[IS_LIFTED, p] == 0
+        is_found, gained = strike(asking, decision, taking, u, z)
+        if not is_found:
+            return NO_IMPULSES
+        if gained > 0.0 and asked[TELLS_GAINS] == 0.0:
+            return UNKNOWN
+        asked[GAINED] = gained
+        _tell_of_impact(asking.points, decision, taking, asked, reports)
+    _close(decision, taking)
+    is_known, is_drawn = draw_in(asking, decision, taking, t, u, z)
+    if not is_known:
+        return UNKNOWN
+    _close(decision, taking)
     # of a run that goes on beyond the end that it assumed nothing is known
-    is_stale, event = strikes, (t, y, span, asked[RUN_END] if asked[RUN_END] >= t else np.inf)
-    while True:
-        is_stale = stop(asking, decision, count, u) or is_stale
-        if is_stale and not look(asking, decision, POINTS_NOW, t, count):
-            return False
-        is_stale = False
-        if not put_statuses(asking, decision, count, event):
-            return False
-        if not _let_rest(asking, decision, count, asked, reports):
-            break
-    _write(asking, decision, count, y[asking.first_state :])
-    _tell(asking, decision, count, asked, reports)
-    return True
+    end = asked[RUN_END] if asked[RUN_END] >= t else np.inf
+    why_not = _decide(asking, decision, taking, Event(t, y, asked[RUN_SPAN], end, strikes or is_drawn), asked, reports)
+    if why_not == FOUND:
+        _write(asking.points, decision, taking, z)
+        _tell(asking.points, decision, taking, asked, reports)
+    return why_not
 
 
 @kernel
-def _select(points: RigidPoints, decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
+def _decide(
+    asking: Asking, decision: Decision, taking: np.ndarray, event: Event, asked: np.ndarray, reports: np.ndarray
+) -> int:
+    """Find what is open, sticks and slips; return why it is not known.
+
+    Each round closes a point more, so that they end; or it is an impact of what friction draws in, of which there are
+    not more.
+    """
+    first, impacts, is_stale = asking.first_state, 0, event.is_changed
+    u, z = event.y[first - decision.motion.shape[1] : first], event.y[first:]
+    while True:
+        is_stale = stop(asking, decision, taking, u) or is_stale
+        if is_stale and not look(asking, decision, Look.POINTS, event.t, taking):
+            return UNKNOWN
+        is_stale = False
+        why_not = put_statuses(asking, decision, taking, event)
+        if why_not == NO_FORCES and impacts < len(taking) and draw_in_together(asking, decision, taking, u, z):
+            impacts, is_stale = impacts + 1, True
+            _close(decision, taking)
+        elif why_not != FOUND or not _let_rest(asking.points, decision, taking, asked, reports):
+            return why_not
+
+
+@kernel
+def _select(rigid: RigidPoints, decision: Decision, asked: np.ndarray, u: np.ndarray) -> int:
     """Write which points the event concerns, lets go, and which take part; return how many these are.
 
     A point whose friction is used up since nothing presses it lifts, at the tip of its cone.
     """
-    flags = decision.flags
-    what, margins, count = int(asked[WHAT]), decision.margins, 0
-    column, least, scale = max(what - TOUCH, 0), np.inf, 0.0
-    for p in range(len(margins)):
-        least = min(least, margins[p, column])
-        scale = max(scale, abs(margins[p, ON_NORMAL]) if margins[p, ON_NORMAL] < np.inf else 0.0)
-    if what == STICK:
-        scale = 0.0
-        for c in range(len(u)):
-            scale = max(scale, abs(u[c]))
+    points, meetings, what, count = points_of(decision), Meetings(decision.now.met), int(asked[WHAT]), 0
+    least, scale, pressed = np.inf, 0.0, 0.0
+    for p in range(len(points)):
+        least = min(least, _margin(points[p], what))
+        pressed = max(pressed, abs(points[p].normal) if points[p].normal < np.inf else 0.0)
+    for c in range(len(u)):
+        scale = max(scale, abs(u[c]))
+    scale = scale if what == STICK else pressed
     least = max(least, 0.0) if least < np.inf else -np.inf
-    for p in range(len(margins)):
-        near = NEAR * asked[LENGTH] + _blur_of_place(decision.now.met, p)
+    for p in range(len(points)):
+        point, near = points[p], NEAR * asked[LENGTH] + _blur_of_place(meetings[p])
         limit = least + (near if what == TOUCH else NEAR * scale)
-        flags[IS_CONCERNED, p] = what != START and margins[p, column] <= limit
+        point.is_concerned = what != START and _margin(point, what) <= limit
         lifts = what == LIFT
-        if what == SLIP and flags[IS_CONCERNED, p] != 0:
-            normal, noise = margins[p, ON_NORMAL], NEAR * scale
-            rubs = points.numbers[p, HOLDING] * normal - margins[p, ON_SLIP]
+        if what == SLIP and point.is_concerned:
+            rubs, noise = rigid.numbers[p, HOLDING] * point.normal - point.slip_margin, NEAR * scale
             # friction that is beyond its limit by the noise, and by how far a root is
-            lifts = normal <= noise and rubs <= 2.0 * noise
-        flags[IS_LIFTED, p] = flags[IS_CONCERNED, p] != 0 and lifts
-        touches, gap = what == TOUCH and flags[IS_CONCERNED, p] != 0, decision.now.met[p, MET.gap]
-        flags[IS_TAKING, p] = flags[BEFORE, p] != OPEN or gap <= near or touches
-        if flags[IS_TAKING, p] != 0:
-            flags[TAKES, count] = p
+            lifts = point.normal <= noise and rubs <= 2.0 * noise
+        point.is_lifted = point.is_concerned and lifts
+        touches = what == TOUCH and point.is_concerned
+        point.takes_part = point.before != Status.OPEN or meetings[p].gap <= near or touches
+        if point.takes_part:
+            decision.taking[count] = p
             count += 1
     return count
 
 
 @inlined
-def _blur_of_place(met: np.ndarray, p: int) -> float:
-    """Return the round-off of a gap by the distance of its point from the origin, m."""
-    return ROUND_OFF_OF_GAPS * np.sqrt(met[p, MET.point] ** 2 + met[p, MET.point + 1] ** 2 + met[p, MET.point + 2] ** 2)
+def _margin(point: Point, what: int) -> float:
+    """Return how far a point is from a kind of event."""
+    found = point.gap
+    if what == LIFT:
+        found = point.normal
+    elif what == SLIP:
+        found = point.slip_margin
+    elif what == STICK:
+        found = point.left_of_slip
+    return found
+
+
+@inlined
+def _begin(point: Point, rates: Vector, size: float, fallen: float, asked: np.ndarray) -> None:
+    """Write the rates of a point, and from where on they count."""
+    speed = max(size, asked[LENGTH])
+    point.not_moving, point.at_rest_below = max(STILL * size, fallen), max(STOPPED * size, fallen)
+    point.slow, point.is_struck, point.rates = asked[RUN_RTOL] ** BEGINNING * speed, False, rates
+    if int(asked[WHAT]) == STICK and point.is_concerned:
+        # a slip that ends, or turns, within the noise of the run, begins anew or is over
+        point.at_rest_below = max(point.at_rest_below, asked[RUN_RTOL] * speed)
 
 
 @kernel
-def _let_rest(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> bool:
+def _close(decision: Decision, taking: np.ndarray) -> None:
+    """Write which points are closed."""
+    points = points_of(decision)
+    for p in taking:
+        points[p].is_closed = points[p].rates.x <= points[p].not_moving and not points[p].is_lifted
+
+
+@kernel
+def _let_rest(
+    rigid: RigidPoints, decision: Decision, taking: np.ndarray, asked: np.ndarray, reports: np.ndarray
+) -> bool:
     """Close what returns so soon that its impacts cannot be resolved, or before it has left the surface.
 
     What was found at a depth, as a moment is found, and separates by less than that is never seen to return: each time
     it would be found deeper. Return whether there is any.
     """
-    flags, vectors = decision.flags, decision.vectors
-    is_any, span, points = False, asked[RUN_SPAN], asking.points
-    for a in range(count):
-        p = flags[TAKES, a]
-        rate, fall, e = (
-            vectors[RATES_OF_POINTS, 3 * p],
-            -vectors[ACCELERATIONS, 3 * p],
-            points.numbers[p, OF_POINT.restitution],
-        )
-        if flags[IS_CLOSED, p] != 0 or rate <= 0.0 or fall <= 0.0 or e == 1.0:
+    points, is_any, span = points_of(decision), False, asked[RUN_SPAN]
+    for p in taking:
+        point, e = points[p], rigid.numbers[p, OF_POINT.restitution]
+        rate, fall = point.rates.x, -point.acceleration.x
+        if point.is_closed or rate <= 0.0 or fall <= 0.0 or e == 1.0:
             continue
-        flight, stays_in = 2.0 * rate / fall, rate * rate <= -2.0 * fall * decision.now.met[p, MET.gap]
+        flight, stays_in = 2.0 * rate / fall, rate * rate <= -2.0 * fall * Meetings(decision.now.met)[p].gap
         if stays_in or flight <= SHORT_FLIGHT * span or flight <= (1.0 - e) * CROWDED * span:
-            flags[IS_CLOSED, p], is_any = 1, True
-            _report(asked, reports, asked[WHEN] + flight / (1.0 - e), REPORTED * points.places[p, CONTACT] + RESTS)
+            point.is_closed, is_any = True, True
+            _report(asked, reports, asked[WHEN] + flight / (1.0 - e), REPORTED * rigid.places[p, CONTACT] + RESTS)
     return is_any
 
 
 @kernel
-def _write(asking: Asking, decision: Decision, count: int, z: np.ndarray) -> None:
+def _write(rigid: RigidPoints, decision: Decision, taking: np.ndarray, z: np.ndarray) -> None:
     """Write the status of each point that takes part, and what it keeps; of other ones from how deep they leave."""
-    flags, directions = decision.flags, decision.directions
-    for p in range(len(asking.points.places)):
-        if flags[IS_TAKING, p] == 0:
-            at = asking.points.places[p, STATUS] + KEPT
-            z[at] = min(z[at], max(-decision.now.met[p, MET.gap], 0.0))
-    for a in range(count):
-        p = flags[TAKES, a]
-        at, after = asking.points.places[p, STATUS], flags[AFTER, p]
-        is_same = after == STICKS and flags[BEFORE, p] == STICKS
-        z[at] = after
-        z[at + KEPT_RATE : at + KEPT_RATE + 3] = 0.0
-        if after == SLIPS:
-            speed = max(AT_REST, decision.speeds[SLOW, p] if is_at_rest(decision, p) else 0.0)
-            along = on_surface(decision.now, p, directions[SLIP_OF, p, 0], directions[SLIP_OF, p, 1])
-            for c in range(3):
-                z[at + KEPT + c], z[at + KEPT_RATE + c] = speed * along[c], speed * directions[TURNING, p, c]
-        elif not is_same:
-            for c in range(3):
-                z[at + KEPT + c] = decision.now.met[p, MET.place + c] if after == STICKS else 0.0
-            if after == OPEN:
-                z[at + KEPT] = max(-decision.now.met[p, MET.gap], 0.0)
+    points, meetings = points_of(decision), Meetings(decision.now.met)
+    for p in range(len(points)):
+        if not points[p].takes_part:
+            at = rigid.places[p, STATUS] + KEPT
+            z[at] = min(z[at], max(-meetings[p].gap, 0.0))
+    for p in taking:
+        point, met, at, rate = points[p], meetings[p], rigid.places[p, STATUS], ZERO
+        z[at] = point.after
+        if point.after == Status.SLIPS:
+            speed = max(AT_REST, point.slow if is_at_rest(point) else 0.0)
+            put_three(z, at + KEPT, speed * on_surface(decision.now, p, point.along, point.across))
+            rate = speed * point.turning
+        elif point.after == Status.OPEN:
+            put_three(z, at + KEPT, Vector(max(-met.gap, 0.0), 0.0, 0.0))
+        elif point.before != Status.STICKS:
+            put_three(z, at + KEPT, met.place)
+        put_three(z, at + KEPT_RATE, rate)
 
 
 @kernel
@@ -322,42 +342,42 @@ def _report(asked: np.ndarray, reports: np.ndarray, t: float, code: int) -> None
 
 
 @kernel
-def _tell_of_impact(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
+def _tell_of_impact(
+    rigid: RigidPoints, decision: Decision, taking: np.ndarray, asked: np.ndarray, reports: np.ndarray
+) -> None:
     """Report, once of each contact, that its impact was Poisson's against its law, or depends on an order."""
-    places, flags, poisson, order = asking.points.places, decision.flags, -1, -1
-    for a in range(count):
-        p = flags[TAKES, a]
-        contact = places[p, CONTACT]
-        if contact != poisson and places[p, LAW] == NEWTON and flags[TOLD_OF_POISSON, p] != 0:
+    points, poisson, order = points_of(decision), -1, -1
+    for p in taking:
+        contact = rigid.places[p, CONTACT]
+        if contact != poisson and rigid.places[p, LAW] == NEWTON and points[p].is_poisson:
             _report(asked, reports, asked[WHEN], REPORTED * contact + BY_POISSON)
             poisson = contact
-        if contact != order and flags[TOLD_OF_ORDER, p] != 0:
+        if contact != order and points[p].depends:
             _report(asked, reports, asked[WHEN], REPORTED * contact + BY_ORDER)
             order = contact
 
 
 @kernel
-def _tell(asking: Asking, decision: Decision, count: int, asked: np.ndarray, reports: np.ndarray) -> None:
+def _tell(rigid: RigidPoints, decision: Decision, taking: np.ndarray, asked: np.ndarray, reports: np.ndarray) -> None:
     """Report what the event has changed, contact by contact."""
-    flags = decision.flags
-    places, t, what = asking.points.places, asked[WHEN], int(asked[WHAT])
+    points, places, t, what = points_of(decision), rigid.places, asked[WHEN], int(asked[WHAT])
     contacts, a = places[len(places) - 1, CONTACT] + 1, 0
-    while a < count:
-        contact = places[flags[TAKES, a], CONTACT]
+    while a < len(taking):
+        contact = places[taking[a], CONTACT]
         touches = was_closed = is_closed = stuck = slipped = sticks = slips = False
-        while a < count and places[flags[TAKES, a], CONTACT] == contact:
-            p = flags[TAKES, a]
-            before, after, struck = flags[BEFORE, p], flags[AFTER, p], flags[IS_STRUCK, p]
-            is_found = what == TOUCH and flags[IS_CONCERNED, p] != 0 and after != OPEN
-            touches = touches or (before == OPEN and (struck != 0 or is_found))
-            was_closed, is_closed = was_closed or before != OPEN, is_closed or after != OPEN
-            stuck, slipped = stuck or before == STICKS, slipped or before == SLIPS
-            sticks, slips = sticks or after == STICKS, slips or after == SLIPS
-            if places[p, TELLS] != 0 and (before != after or (struck != 0 and before == OPEN)):
-                code = REPORTED * contacts + POINT_CODES * p + 6 * before + 2 * after + struck
+        while a < len(taking) and places[taking[a], CONTACT] == contact:
+            p, point = taking[a], points[taking[a]]
+            before, after = point.before, point.after
+            is_found = what == TOUCH and point.is_concerned and after != Status.OPEN
+            touches = touches or (before == Status.OPEN and (point.is_struck or is_found))
+            was_closed, is_closed = was_closed or before != Status.OPEN, is_closed or after != Status.OPEN
+            stuck, slipped = stuck or before == Status.STICKS, slipped or before == Status.SLIPS
+            sticks, slips = sticks or after == Status.STICKS, slips or after == Status.SLIPS
+            if places[p, TELLS] != 0 and (before != after or (point.is_struck and before == Status.OPEN)):
+                code = REPORTED * contacts + POINT_CODES * p + 6 * before + 2 * after + int(point.is_struck)
                 _report(asked, reports, t, code)
             a += 1
-        code, rubs = REPORTED * contact, places[flags[TAKES, a - 1], HAS_FRICTION] != 0
+        code, rubs = REPORTED * contact, places[taking[a - 1], HAS_FRICTION] != 0
         if touches:
             _report(asked, reports, t, code + TOUCHES)
         if was_closed and not is_closed:

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-START, TOUCH, LIFT, SLIP, STICK, BLURS = range(6)
-"""Questions of a call: what follows an event, or how far each margin may be below zero by round-off."""
+START, TOUCH, LIFT, SLIP, STICK, BLURS, MARGINS = range(7)
+"""Wanted of a call: what follows an event, how far each margin may be below zero by round-off, or the margins."""
 
-WHAT, WHEN, RUN_SPAN, RUN_END, RUN_RTOL, LENGTH, REPORT_COUNT, IS_DECIDED, BLUR = range(9)
-"""Numbers of a call: what it is asked for; time, span and end of the run (s); its rtol; length of the scene (m); how
-many reports there are. On return: whether it is decided; from there on the four blurs, from TOUCH to STICK."""
+WHAT, WHEN, RUN_SPAN, RUN_END, RUN_RTOL, LENGTH, TELLS_GAINS = range(7)
+REPORT_COUNT, IS_DECIDED, WHY_NOT, GAINED, BLUR = range(7, 12)
+"""Numbers of a call: what it is asked for; time, span and end of the run (s); its rtol; length of the scene (m);
+whether who asks tells impacts that make energy, which are undecided else; how many reports there are. On return:
+whether it is decided, and why not; the energy that impacts have made, J; from there on the four blurs, from TOUCH to
+STICK."""
 ASKED = BLUR + 4
+
+UNKNOWN, NO_IMPULSES, PARADOX, NO_FORCES = range(4)
+"""Why nothing is decided: the scene does not say; impacts have no impulses; a point that slips has no force or several;
+nor do several points together."""
 
 TOUCHES, LIFTS, BEGINS_SLIP, BEGINS_STICK, RESTS, BY_POISSON, BY_ORDER = range(7)
 """Reports of a contact, in the order of `kanefe.contact.rigid.rigid_contact.REPORTED_EVENTS`; last that an impact was

@@ -2,43 +2,52 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import IntegerRows, Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.contact.rigid_points import MET_NUMBERS
-from kanefe.kernels.impacts.cones import (
-    AHEAD_OF_IT,
-    CONTACTS,
-    IS_SOLVED,
-    IS_WARM,
-    ROW_OF_FORCES,
-    ConeMemory,
-    cones_of,
-)
-from kanefe.kernels.impacts.stronge import TURNING_NUMBERS, TURNING_ROWS
+from kanefe.kernels.compiler.signatures import in_place
+from kanefe.kernels.contact.rigid_points import MET_NUMBERS, Meetings
+from kanefe.kernels.impacts.cones import Problem, Wanted, problem_of
+from kanefe.kernels.impacts.stronge import TURNING_ROWS, Blow, Turned
 from kanefe.kernels.tables import RigidPoints
-
-OPEN, STICKS, SLIPS = range(3)
-"""Status of a point: see `kanefe.contact.contact`."""
-
-ON_GAP, ON_NORMAL, ON_SLIP, ON_LEFT = range(4)
-"""Columns of the margins of points: of gaps, normal forces, friction that is left, and slips."""
+from kanefe.kernels.values.records import Record, Rows, allocate
+from kanefe.kernels.values.tensors import Matrix, Vector, dot
 
 
+class Status(IntEnum):
+    """Status of a point: see `kanefe.contact.contact`."""
+
+    OPEN = 0
+    STICKS = 1
+    SLIPS = 2
+
+
+class Look(IntEnum):
+    """What is looked at of the scene."""
+
+    MARGINS = 0
+    POINTS = 1
+    POINTS_LATER = 2
+    FREE_ACCELERATIONS = 3
+
+
+@in_place
 class Asking(NamedTuple):
     """Whom the decision asks of the scene.
 
     Attributes
     ----------
     points : RigidPoints
-    looking, solving : Prepared
-        Calls of `kanefe.kernels.impacts.moments.look_at_points` and `kanefe.kernels.impacts.cones.solve_one`.
-    wanted : ndarray, shape (5,)
-        Of the latter.
+    looking : Prepared
+        Call that writes what `Decision.question` asks for: `kanefe.kernels.impacts.moments.look_at_points`, or a
+        function in Python.
+    solving, solving_ahead : Prepared
+        Calls of `kanefe.kernels.impacts.cones.solve_one` with both problems of a decision.
     first_state : int
         Where in a state the internal states begin; the free speeds are before them.
     """
@@ -46,16 +55,18 @@ class Asking(NamedTuple):
     points: RigidPoints
     looking: Prepared
     solving: Prepared
-    wanted: Reals
+    solving_ahead: Prepared
     first_state: int
 
 
+@in_place
 class Moment(NamedTuple):
     """All points at a moment, as if all of them were open.
 
     Attributes
     ----------
-    met : ndarray, shape (points, MET_NUMBERS)
+    met : ndarray
+        `Meetings`.
     axes : ndarray, shape (points, 9)
         Of their surfaces, from them to N.
     G : ndarray, shape (3 points, 3 points)
@@ -79,30 +90,88 @@ class Moment(NamedTuple):
     accelerated: Reals
 
 
-TAKES, ACTIVE, BEFORE, AFTER, IS_TAKING, IS_CONCERNED, IS_LIFTED, IS_STRUCK, IS_CLOSED, BEGINS, IS_NEW = range(11)
-GROUP, TOLD_OF_POISSON, TOLD_OF_ORDER = range(11, 14)
-"""Rows of `Decision.flags`: numbers of the points that take part, and of those of them that are closed, in order;
-status before and after; whether a point takes part, is one that the event concerns, is let go by it, was struck, is
-closed; whether an active one begins to slip, in this event and in this round; the least point of those whose impulses
-move each other; whether the impact of a point was Poisson's, and depends on the order of several."""
-FLAGS = 14
+class Point(Record):
+    """What is decided of a point.
 
-NOT_MOVING, AT_REST_BELOW, SLOW = range(3)
-"""Rows of `Decision.speeds`: below which a point does not move along the normal, does not slip, and slips in the
-direction of the friction that would hold it, m/s."""
+    Attributes
+    ----------
+    before, after : int
+        `Status`.
+    group : int
+        The least point of those whose impulses move each other.
+    takes_part, is_concerned, is_lifted, is_struck, is_closed : bool
+        Whether it takes part in the event, is one that this concerns, is let go by it, was struck, is closed.
+    is_poisson, depends, gains : bool
+        Whether its impact was Poisson's, depends on the order of several, and makes energy.
+    begins, is_new : bool
+        Whether it begins to slip, in this event and in this round.
+    gap, normal, slip_margin, left_of_slip : float
+        Distances from possible events, infinite from others: m, N, the friction that is left (N), and m/s.
+    not_moving, at_rest_below, slow : float
+        Speeds below which it does not move along the normal, does not slip, and slips in the direction of the friction
+        that would hold it, m/s.
+    rates, force, acceleration : Vector
+        Rate (m/s), force or impulse, and acceleration along the normal and both directions of the surface.
+    along, across : float
+        Direction of its slip, or in which it begins to slip.
+    turning : Vector
+        Rate of that of a slip that begins, in axes of the surface, 1/s.
+    """
 
-RATES_OF_POINTS, ACCELERATIONS, FORCES, X, OTHER = range(5)
-"""Rows of `Decision.vectors`: of all points; and forces of the active ones."""
+    before: int
+    after: int
+    group: int
+    takes_part: bool
+    is_concerned: bool
+    is_lifted: bool
+    is_struck: bool
+    is_closed: bool
+    is_poisson: bool
+    depends: bool
+    gains: bool
+    begins: bool
+    is_new: bool
+    gap: float
+    normal: float
+    slip_margin: float
+    left_of_slip: float
+    not_moving: float
+    at_rest_below: float
+    slow: float
+    rates: Vector
+    force: Vector
+    acceleration: Vector
+    along: float
+    across: float
+    turning: Vector
 
-SLIP_OF, FOUND, TURNING = range(3)
-"""Rows of `Decision.directions`: of slips; in which active points begin to slip; and, in axes of the surface, the rates
-of those of slips that begin, 1/s."""
 
-LOOK, AT_TIME, COUNT, IS_KNOWN = range(4)
-"""Numbers of `Decision.question`: what is looked at, when (s), with how many points; and whether that is known."""
-MARGINS_NOW, POINTS_NOW, POINTS_LATER, FREE_ACCELERATIONS = range(4)
+Points = Rows[Point]
+"""All points: of `Decision.integers` and `Decision.numbers`."""
 
 
+class Asked(Record):
+    """What is asked of the scene.
+
+    Attributes
+    ----------
+    look : int
+        `Look`.
+    taking : int
+        With how many points.
+    is_known : bool
+        On return.
+    t : float
+        When, s.
+    """
+
+    look: int
+    taking: int
+    is_known: bool
+    t: float
+
+
+@in_place
 class Decision(NamedTuple):
     """What is decided at an event.
 
@@ -110,36 +179,44 @@ class Decision(NamedTuple):
     ----------
     now, later : Moment
         At the event, and a little after it.
-    problem, ahead : ConeMemory
+    problem, ahead : Problem
         Of the forces then.
-    flags : ndarray of int, shape (FLAGS, points)
-    margins : ndarray, shape (points, 4)
-        Distances from possible events; infinite of others.
-    speeds : ndarray, shape (3, points)
-    vectors : ndarray, shape (5, 3 points)
-    directions : ndarray, shape (3, points, 3)
+    integers, numbers : ndarray
+        `Points`.
+    taking, active : ndarray of int, shape (points,)
+        Numbers of the points that take part; and of those of a problem, in order.
+    alone : ndarray of int, shape (1,)
+        Number of a point that is struck by itself.
+    rates, pressed : ndarray, shape (3 points,)
+        Rates and impulses of the active points.
     motion : ndarray, shape (2, free)
         Accelerations without contacts, and a step along the speeds.
     state : ndarray, shape (state,)
         A little after the event.
-    question : ndarray, shape (4,)
-    turning : ndarray, shape (TURNING_ROWS, TURNING_NUMBERS)
-        Memory of an impact of one point.
+    asked, when : ndarray
+        `Asked`.
+    blow, of_blow, turned : ndarray
+        Memory of an impact of one point: `kanefe.kernels.impacts.stronge.Blow` and `Turns`.
     """
 
     now: Moment
     later: Moment
-    problem: ConeMemory
-    ahead: ConeMemory
-    flags: IntegerRows
-    margins: RealRows
-    speeds: RealRows
-    vectors: RealRows
-    directions: RealBlocks
+    problem: Problem
+    ahead: Problem
+    integers: IntegerRows
+    numbers: RealRows
+    taking: Integers
+    active: Integers
+    alone: Integers
+    rates: Reals
+    pressed: Reals
     motion: RealRows
     state: Reals
-    question: Reals
-    turning: RealRows
+    asked: Integers
+    when: Reals
+    blow: Integers
+    of_blow: Reals
+    turned: RealRows
 
 
 def decision_of(points: int, free: int, size: int) -> Decision:
@@ -150,37 +227,101 @@ def decision_of(points: int, free: int, size: int) -> Decision:
         met, axes = np.zeros((points, MET_NUMBERS)), np.zeros((points, 9))
         return Moment(met, axes, np.zeros((n, n)), np.zeros(n), np.zeros((n, free)), *np.zeros((2, points)))
 
+    (asked, when), (blow, of_blow) = allocate(Asked), allocate(Blow)
     return Decision(
         now=moment(),
         later=moment(),
-        problem=cones_of(points),
-        ahead=cones_of(points),
-        flags=np.zeros((FLAGS, points), dtype=np.int64),
-        margins=np.zeros((points, 4)),
-        speeds=np.zeros((3, points)),
-        vectors=np.zeros((5, n)),
-        directions=np.zeros((3, points, 3)),
+        problem=problem_of(points),
+        ahead=problem_of(points),
+        integers=np.zeros((points, Point.integer_count), dtype=np.int64),
+        numbers=np.zeros((points, Point.number_count)),
+        taking=np.zeros(points, dtype=np.int64),
+        active=np.zeros(points, dtype=np.int64),
+        alone=np.zeros(1, dtype=np.int64),
+        rates=np.zeros(n),
+        pressed=np.zeros(n),
         motion=np.zeros((2, free)),
         state=np.zeros(size),
-        question=np.zeros(4),
-        turning=np.zeros((TURNING_ROWS, TURNING_NUMBERS)),
+        asked=asked,
+        when=when,
+        blow=blow,
+        of_blow=of_blow,
+        turned=np.zeros((TURNING_ROWS, Turned.number_count)),
     )
 
 
+@inlined
+def points_of(decision: Decision) -> Points:
+    """Return what is decided of all points."""
+    return Points(decision.integers, decision.numbers)
+
+
 @kernel
-def look(asking: Asking, decision: Decision, what: int, t: float, count: int) -> bool:
+def look(asking: Asking, decision: Decision, what: int, t: float, taking: np.ndarray) -> bool:
     """Have something of the scene written to the decision; return whether it is known."""
-    question = decision.question
-    question[LOOK], question[AT_TIME], question[COUNT] = what, t, count
+    asked = Asked(decision.asked, decision.when)
+    asked.look, asked.taking, asked.t, asked.is_known = what, len(taking), t, False
     call_address(asking.looking.address, (asking.looking.places, asking.looking.numbers))
-    return question[IS_KNOWN] != 0.0
+    return asked.is_known
 
 
 @kernel
-def solve(asking: Asking, is_ahead: bool, k: int, row: int, is_warm: bool) -> bool:
-    """Write the forces of k active points to a row of vectors; return whether there are some."""
-    wanted = asking.wanted
-    wanted[AHEAD_OF_IT], wanted[IS_WARM] = 1.0 if is_ahead else 0.0, 1.0 if is_warm else 0.0
-    wanted[CONTACTS], wanted[ROW_OF_FORCES] = k, row
-    call_address(asking.solving.address, (asking.solving.places, asking.solving.numbers))
-    return wanted[IS_SOLVED] != 0.0
+def solve(solving: Prepared, problem: Problem, k: int, is_warm: bool) -> bool:
+    """Write the forces of k contacts; return whether there are some."""
+    wanted = Wanted(problem.wanted)
+    wanted.contacts, wanted.is_warm = k, is_warm
+    call_address(solving.address, (solving.places, solving.numbers))
+    return wanted.is_solved
+
+
+@inlined
+def block(G: np.ndarray, p: int, q: int) -> Matrix:
+    """Return what a unit force at a point does to another."""
+    i, j = 3 * p, 3 * q
+    return Matrix(
+        G[i, j], G[i, j + 1], G[i, j + 2],
+        G[i + 1, j], G[i + 1, j + 1], G[i + 1, j + 2],
+        G[i + 2, j], G[i + 2, j + 1], G[i + 2, j + 2],
+    )  # fmt: skip
+
+
+@inlined
+def sizes(a: Vector) -> Vector:
+    """Return the sizes of components."""
+    return Vector(abs(a.x), abs(a.y), abs(a.z))
+
+
+@inlined
+def largest_in(a: Vector) -> float:
+    """Return the largest size of a component."""
+    return max(abs(a.x), max(abs(a.y), abs(a.z)))
+
+
+@inlined
+def taken_by(force: Vector, before: Vector, after: Vector) -> float:
+    """Return the energy that an impulse takes."""
+    return -0.5 * dot(force, before + after)
+
+
+@inlined
+def is_at_rest(point: Point) -> bool:
+    """Return whether a point slips by round-off only: then its acceleration decides."""
+    return np.hypot(point.rates.y, point.rates.z) <= point.at_rest_below
+
+
+@kernel
+def put_problem(G: np.ndarray, active: np.ndarray, problem: Problem) -> None:
+    """Write the unit responses of some points to a problem."""
+    for a in range(len(active)):
+        for i in range(3):
+            for b in range(len(active)):
+                for j in range(3):
+                    problem.G[3 * a + i, 3 * b + j] = G[3 * active[a] + i, 3 * active[b] + j]
+
+
+@inlined
+def on_surface(moment: Moment, p: int, along: float, across: float) -> Vector:
+    """Return a direction along a surface in its axes, from its parts along both directions at a point."""
+    met, A = Meetings(moment.met)[p], moment.axes[p]
+    axes = Matrix(A[0], A[1], A[2], A[3], A[4], A[5], A[6], A[7], A[8])
+    return axes.T @ (along * met.first + across * met.second)

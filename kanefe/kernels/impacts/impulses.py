@@ -1,13 +1,19 @@
-"""Impulses of an impact of rigid contacts, and speeds that are round-off.
+"""Impulses of an impact of rigid contacts, each group of coupled ones by itself, and what is to be told of them.
 
-The laws are those of `kanefe.kane.rigid_contacts.impact_laws`, which is independent of this.
+One contact has Stronge's impulse, or by its law Newton's or Poisson's with Coulomb's friction of the impulses. Several
+at once have Poisson's: pressed together until none approaches,
+
+    v_C = v + G p_C,    0 <= p_C,N  _|_  v_C,N >= 0,    p_C,T in Coulomb's cone against v_C,T
+
+and let go by ``p_E,N >= e p_C,N`` (Ch. Glocker & F. Pfeiffer, Nonlinear Dyn. 7 (1995) 471-497). The first part takes
+energy, ``p_C . (v + v_C) / 2 = p_C . v_C - p_C G p_C / 2 <= 0``; of the second the largest share is taken with which
+the whole gives none. With any share of it impulses are in their cones and nothing approaches: both are convex.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.rigid_points import (
@@ -21,156 +27,125 @@ from kanefe.kernels.contact.rigid_points import (
     STRONGE,
     TAKEN,
 )
-from kanefe.kernels.impacts.cones import LEAST, MU, ORDER, ROW, SHARES, F, largest_of
+from kanefe.kernels.impacts.cones import Cones, largest_of, let_choose, solve_least_norm
 from kanefe.kernels.impacts.decision import (
-    ACCELERATIONS,
-    ACTIVE,
-    AT_REST_BELOW,
-    FORCES,
-    GROUP,
-    IS_CLOSED,
-    IS_STRUCK,
-    NOT_MOVING,
-    OTHER,
-    RATES_OF_POINTS,
-    TAKES,
-    TOLD_OF_ORDER,
-    TOLD_OF_POISSON,
     Asking,
     Decision,
-    X,
+    Points,
+    block,
+    is_at_rest,
+    largest_in,
+    points_of,
+    put_problem,
+    sizes,
     solve,
+    taken_by,
 )
 from kanefe.kernels.impacts.distributing import distribute
-from kanefe.kernels.impacts.stronge import strike_one
+from kanefe.kernels.impacts.stronge import Blow, strike_one
 from kanefe.kernels.impacts.tolerances import (
     ADDED,
     APART,
     CLOSE,
     CLOSELY,
-    DEPENDENT,
     IN_TURN,
     JUMPS,
     ROUGHLY,
     STILL_IN_TURN,
     STRUCK,
 )
+from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.tables import RigidPoints
+from kanefe.kernels.values.tensors import ZERO, Symmetric, Vector, dot
 
 
 @inlined
-def is_at_rest(decision: Decision, p: int) -> bool:
-    """Return whether a point slips by round-off only: then its acceleration decides."""
-    return (
-        np.hypot(decision.vectors[RATES_OF_POINTS, 3 * p + 1], decision.vectors[RATES_OF_POINTS, 3 * p + 2])
-        <= decision.speeds[AT_REST_BELOW, p]
-    )
+def holding_of(points: RigidPoints, p: int) -> float:
+    """Return the coefficient by which a point sticks."""
+    return points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
 
 
 @kernel
-def respond(decision: Decision, count: int, forces: np.ndarray, y: np.ndarray) -> None:
-    """Add to free speeds what forces (3 points,) at the points that take part do."""
-    flags = decision.flags
-    for a in range(count):
-        for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
-            if forces[i] != 0.0:
-                for c in range(len(y)):
-                    y[c] += forces[i] * decision.now.responses[i, c]
+def strike(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray, z: np.ndarray) -> tuple[bool, float]:
+    """Change free speeds, rates and energies of contacts by the impulses of an impact.
 
-
-@kernel
-def put_active(decision: Decision, k: int) -> None:
-    """Write the unit responses of the active points to the problem."""
-    G, active = decision.now.G, decision.flags[ACTIVE]
-    for a in range(k):
-        for i in range(3):
-            for b in range(k):
-                for j in range(3):
-                    decision.problem.G[3 * a + i, 3 * b + j] = G[3 * active[a] + i, 3 * active[b] + j]
-
-
-@kernel
-def strike(asking: Asking, decision: Decision, count: int, u: np.ndarray, z: np.ndarray) -> bool:
-    """Change free speeds, rates and energies of contacts by the impulses of an impact; return whether there are some.
-
-    What has to be told with numbers is left to Python.
+    Returns
+    -------
+    is_found : bool
+        Whether there are impulses.
+    gained : float
+        Energy that they make, J.
     """
-    flags, vectors, speeds, now = decision.flags, decision.vectors, decision.speeds, decision.now
-    rates, forces, places = vectors[RATES_OF_POINTS], vectors[FORCES], asking.points.places
-    forces[:] = 0.0
-    _put_groups(decision, count)
-    for a in range(count):
-        p, k, strikes = flags[TAKES, a], 0, False
-        if flags[GROUP, p] != p:
-            continue
-        for b in range(count):
-            q = flags[TAKES, b]
-            if flags[GROUP, q] == p:
-                flags[ACTIVE, k] = q
-                k += 1
-                strikes = strikes or rates[3 * q] < -speeds[NOT_MOVING, q]
-        if not strikes:
-            continue
-        is_found, all_poisson = _press_together(asking, decision, k, rates, CLOSELY)
-        if not is_found:
-            return False
-        for b in range(k):
-            copy(vectors[OTHER][3 * b : 3 * b + 3], forces[3 * flags[ACTIVE, b] : 3 * flags[ACTIVE, b] + 3])
-        if _gives_energy(decision, count, p):
-            return False
-        depends = k > 1 and not _shares(asking, decision, k) and _depends_on_order(asking, decision, count, p)
-        for b in range(count):
-            q = flags[TAKES, b]
-            if flags[GROUP, q] == p:
-                flags[TOLD_OF_POISSON, q], flags[TOLD_OF_ORDER, q] = all_poisson, depends
+    points, gained = points_of(decision), 0.0
+    for p in taking:
+        points[p].force, points[p].gains = ZERO, False
+    put_groups(decision.now.G, points, taking, APART)
+    for p in taking:
+        if points[p].group == p:
+            active = decision.active[: put_members(decision, taking, p)]
+            is_found, made = _strike_group(asking, decision, active)
+            if not is_found:
+                return False, 0.0
+            gained += made
+    move_by_forces(asking.points, decision, taking, u, z)
     largest = 0.0
-    for a in range(count):
-        largest = max(largest, largest_of(forces[3 * flags[TAKES, a] :], 3))
-    respond(decision, count, forces, u)
-    copy(rates, vectors[OTHER])
-    for a in range(count):
-        p, size, taken = flags[TAKES, a], 0.0, 0.0
-        flags[IS_STRUCK, p] = forces[3 * p] > CLOSE * largest
-        for i in range(3 * p, 3 * p + 3):
-            gained = _moved(decision, count, -1, i)
-            rates[i] += gained
-            taken -= forces[i] * (vectors[OTHER, i] + 0.5 * gained)
-        for b in range(count):
-            for j in range(3 * flags[TAKES, b], 3 * flags[TAKES, b] + 3):
-                size += abs(now.G[3 * p, j]) * abs(forces[j])
-        speeds[NOT_MOVING, p] = max(speeds[NOT_MOVING, p], STRUCK * size)
-        z[places[p, FIRST_STATE] + TAKEN] += taken
-    return True
+    for p in taking:
+        largest = max(largest, largest_in(points[p].force))
+    for p in taking:
+        points[p].is_struck = points[p].force.x > CLOSE * largest
+    return True, gained
 
 
 @kernel
-def _shares(asking: Asking, decision: Decision, k: int) -> bool:
-    """Return whether any of k active points distributes its impacts."""
-    found = False
-    for a in range(k):
-        found = found or asking.points.places[decision.flags[ACTIVE, a], LAW] == DISTRIBUTING
-    return found
+def move_by_forces(rigid: RigidPoints, decision: Decision, taking: np.ndarray, u: np.ndarray, z: np.ndarray) -> None:
+    """Change free speeds, rates of points and energies of contacts by the impulses that were found."""
+    points, G = points_of(decision), decision.now.G
+    for p in taking:
+        respond(decision, p, points[p].force, u)
+    for p in taking:
+        point, size = points[p], 0.0
+        for q in taking:
+            size += dot(sizes(block(G, p, q).T.x), sizes(points[q].force))
+        before = point.rates
+        point.rates = before + moved_by(decision, taking, p)
+        point.not_moving = max(point.not_moving, STRUCK * size)
+        z[rigid.places[p, FIRST_STATE] + TAKEN] += taken_by(point.force, before, point.rates)
+
+
+@inlined
+def respond(decision: Decision, p: int, force: Vector, y: np.ndarray) -> None:
+    """Add to free speeds what a force at a point does."""
+    responses = decision.now.responses
+    for c in range(len(y)):
+        y[c] += force.x * responses[3 * p, c] + force.y * responses[3 * p + 1, c] + force.z * responses[3 * p + 2, c]
 
 
 @kernel
-def _put_groups(decision: Decision, count: int) -> None:
-    """Write of each point that takes part the least one whose impulses move it, and that nothing is told of it."""
-    flags, G = decision.flags, decision.now.G
-    for a in range(count):
-        p = flags[TAKES, a]
-        flags[GROUP, p], flags[TOLD_OF_POISSON, p], flags[TOLD_OF_ORDER, p] = p, 0, 0
-    for _ in range(count):
+def moved_by(decision: Decision, by: np.ndarray, p: int) -> Vector:
+    """Return what the impulses of some points do to the rates of one."""
+    points, moved = points_of(decision), ZERO
+    for q in by:
+        moved += block(decision.now.G, p, q) @ points[q].force
+    return moved
+
+
+@kernel
+def put_groups(G: np.ndarray, points: Points, taking: np.ndarray, apart: float) -> None:
+    """Write of each point the least one whose impulses move it by more than a share of what they do by themselves."""
+    for p in taking:
+        points[p].group, points[p].is_poisson, points[p].depends = p, False, False
+    is_done = False
+    while not is_done:
         is_done = True
-        for a in range(count):
+        for a in range(len(taking)):
             for b in range(a):
-                p, q = flags[TAKES, a], flags[TAKES, b]
-                least = min(flags[GROUP, p], flags[GROUP, q])
-                if flags[GROUP, p] != flags[GROUP, q] and _coupling(G, p, q) > APART * np.sqrt(
-                    _coupling(G, p, p) * _coupling(G, q, q)
-                ):
-                    flags[GROUP, p] = flags[GROUP, q] = least
+                one, other = points[taking[a]], points[taking[b]]
+                if one.group == other.group:
+                    continue
+                own = np.sqrt(_coupling(G, taking[a], taking[a]) * _coupling(G, taking[b], taking[b]))
+                if _coupling(G, taking[a], taking[b]) > apart * own:
+                    one.group = other.group = min(one.group, other.group)
                     is_done = False
-        if is_done:
-            break
 
 
 @inlined
@@ -183,141 +158,180 @@ def _coupling(G: np.ndarray, p: int, q: int) -> float:
 
 
 @kernel
-def _moved(decision: Decision, count: int, group: int, i: int) -> float:
-    """Return what the impulses of points that take part do to a rate; of one group, or of all."""
-    flags, forces, moved = decision.flags, decision.vectors[FORCES], 0.0
-    for b in range(count):
-        q = flags[TAKES, b]
-        if group < 0 or flags[GROUP, q] == group:
-            for j in range(3 * q, 3 * q + 3):
-                moved += decision.now.G[i, j] * forces[j]
-    return moved
+def put_members(decision: Decision, taking: np.ndarray, group: int) -> int:
+    """Write the points of a group to the active ones; return how many these are."""
+    points, k = points_of(decision), 0
+    for p in taking:
+        if points[p].group == group:
+            decision.active[k] = p
+            k += 1
+    return k
 
 
 @kernel
-def _gives_energy(decision: Decision, count: int, group: int) -> bool:
-    """Return whether the impulses of a group give energy."""
-    flags, vectors, given, exchanged = decision.flags, decision.vectors, 0.0, 0.0
-    for a in range(count):
-        p = flags[TAKES, a]
-        if flags[GROUP, p] != group:
-            continue
-        for i in range(3 * p, 3 * p + 3):
-            before, force = vectors[RATES_OF_POINTS, i], vectors[FORCES, i]
-            after = before + _moved(decision, count, group, i)
-            given += 0.5 * force * (before + after)
-            exchanged += 0.5 * abs(force) * (abs(before) + abs(after))
-    return given > ADDED * exchanged
+def _strike_group(asking: Asking, decision: Decision, active: np.ndarray) -> tuple[bool, float]:
+    """Write the impulses of a group, if it is struck; return whether there are some, and the energy that they make."""
+    points, strikes = points_of(decision), False
+    for a in range(len(active)):
+        point = points[active[a]]
+        put_three(decision.rates, 3 * a, point.rates)
+        strikes = strikes or point.rates.x < -point.not_moving
+    if not strikes:
+        return True, 0.0
+    is_found, is_poisson = _press_together(asking, decision, active, CLOSELY)
+    if not is_found:
+        return False, 0.0
+    made = exchanged = 0.0
+    for a in range(len(active)):
+        points[active[a]].force = three(decision.pressed, 3 * a)
+    for p in active:
+        point = points[p]
+        after = point.rates + moved_by(decision, active, p)
+        made -= taken_by(point.force, point.rates, after)
+        exchanged += 0.5 * dot(sizes(point.force), sizes(point.rates) + sizes(after))
+    depends = len(active) > 1 and not _shares(asking.points, active) and _depends_on_order(asking, decision, active)
+    gains = made > ADDED * exchanged
+    for p in active:
+        points[p].is_poisson, points[p].depends, points[p].gains = is_poisson, depends, gains
+    return True, made if gains else 0.0
 
 
 @kernel
-def _depends_on_order(asking: Asking, decision: Decision, count: int, group: int) -> bool:
-    """Return whether points of a group that struck one after the other would part otherwise."""
-    flags, vectors = decision.flags, decision.vectors
-    rates, in_turn, size = vectors[RATES_OF_POINTS], vectors[ACCELERATIONS], 0.0
-    for a in range(count):
-        p = flags[TAKES, a]
-        if flags[GROUP, p] == group:
-            size = max(size, largest_of(rates[3 * p :], 3))
-    for order in range(2):
-        copy(rates, in_turn)
-        is_over = False
-        for _ in range(IN_TURN):
-            first = -1
-            for a in range(count):
-                p = flags[TAKES, a if order == 0 else count - 1 - a]
-                if first < 0 and flags[GROUP, p] == group and in_turn[3 * p] < -STILL_IN_TURN * size:
-                    first = p
-            if first < 0:
-                is_over = True
-                break
-            flags[ACTIVE, 0] = first
-            is_found, _ = _press_together(asking, decision, 1, in_turn, ROUGHLY)
-            if not is_found:
-                break
-            for a in range(count):
-                for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
-                    for j in range(3):
-                        in_turn[i] += decision.now.G[i, 3 * first + j] * vectors[OTHER, j]
-        if not is_over:
+def _shares(points: RigidPoints, active: np.ndarray) -> bool:
+    """Return whether any of some points distributes its impacts."""
+    found = False
+    for p in active:
+        found = found or points.places[p, LAW] == DISTRIBUTING
+    return found
+
+
+@kernel
+def _depends_on_order(asking: Asking, decision: Decision, active: np.ndarray) -> bool:
+    """Return whether points that struck one after the other, the first or the last first, would part otherwise.
+
+    So they do if gaps that nobody can measure are between them.
+    """
+    points, size = points_of(decision), 0.0
+    for p in active:
+        size = max(size, largest_in(points[p].rates))
+    for is_last_first in (False, True):
+        if not _strike_in_turn(asking, decision, active, is_last_first, STILL_IN_TURN * size):
             continue
-        for a in range(count):
-            p = flags[TAKES, a]
-            if flags[GROUP, p] != group:
-                continue
-            for i in range(3 * p, 3 * p + 3):
-                if abs(in_turn[i] - rates[i] - _moved(decision, count, group, i)) > JUMPS * size:
-                    return True
+        for p in active:
+            point = points[p]
+            if largest_in(point.acceleration - point.rates - moved_by(decision, active, p)) > JUMPS * size:
+                return True
     return False
 
 
 @kernel
-def _press_together(asking: Asking, decision: Decision, k: int, rates: np.ndarray, closely: float) -> tuple[bool, bool]:
-    """Write the impulses of k active points; return whether there are some, and are Poisson's where Newton's are not.
-
-    Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
-    """
-    points, p, G = asking.points, decision.flags[ACTIVE, 0], decision.now.G
-    law, i = points.places[p, LAW], 3 * p
-    if k == 1 and law in (STRONGE, DISTRIBUTING):
-        own = G[i, i], G[i, i + 1], G[i, i + 2], G[i + 1, i + 1], G[i + 1, i + 2], G[i + 2, i + 2]
-        before, rubs = (rates[i], rates[i + 1], rates[i + 2]), points.places[p, HAS_FRICTION] != 0
-        is_found, first, second, third = strike_one(own, before, points.numbers[p], rubs, closely, decision.turning)
-        pressed = decision.vectors[OTHER]
-        pressed[0], pressed[1], pressed[2] = first, second, third
-        return is_found, False
-    put_active(decision, k)
-    if _shares(asking, decision, k):
-        pressed = decision.vectors[OTHER]
-        return distribute(points, decision.flags[ACTIVE], k, rates, decision.problem, pressed), False
-    if _press(asking, decision, k, rates, False):
-        return True, False
-    return _press(asking, decision, k, rates, True), True
+def _strike_in_turn(asking: Asking, decision: Decision, active: np.ndarray, is_last_first: bool, still: float) -> bool:
+    """Write to accelerations the rates after impacts of one point after the other; return whether none approaches."""
+    points, one, k = points_of(decision), decision.alone, len(active)
+    for p in active:
+        points[p].acceleration = points[p].rates
+    for _ in range(IN_TURN):
+        one[0] = -1
+        for a in range(k):
+            p = active[k - 1 - a if is_last_first else a]
+            if one[0] < 0 and points[p].acceleration.x < -still:
+                one[0] = p
+        if one[0] < 0:
+            return True
+        put_three(decision.rates, 0, points[one[0]].acceleration)
+        is_found, _ = _press_together(asking, decision, one, ROUGHLY)
+        if not is_found:
+            return False
+        for p in active:
+            points[p].acceleration += block(decision.now.G, p, one[0]) @ three(decision.pressed, 0)
+    return False
 
 
 @kernel
-def _press(asking: Asking, decision: Decision, k: int, rates: np.ndarray, all_poisson: bool) -> bool:
-    """Write the impulses of k active points, by their laws or by Poisson's; return whether there are some.
+def _press_together(asking: Asking, decision: Decision, active: np.ndarray, closely: float) -> tuple[bool, bool]:
+    """Write the impulses of some points; return whether there are some, and are Poisson's where Newton's are not.
+
+    Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
+    """
+    rigid, p = asking.points, active[0]
+    if len(active) == 1 and rigid.places[p, LAW] in (STRONGE, DISTRIBUTING):
+        return strike_alone(rigid, decision, p, closely), False
+    put_problem(decision.now.G, active, decision.problem)
+    if _shares(rigid, active):
+        return distribute(rigid, active, decision.rates, decision.problem, decision.pressed), False
+    if press(asking, decision, active, False, False):
+        return True, False
+    return press(asking, decision, active, True, False), True
+
+
+@kernel
+def strike_alone(rigid: RigidPoints, decision: Decision, p: int, closely: float) -> bool:
+    """Write Stronge's impulse of the first active point, p; return whether there is one."""
+    blow, A = Blow(decision.blow, decision.of_blow), block(decision.now.G, p, p)
+    blow.G = Symmetric(A.x.x, A.y.x, A.z.x, A.y.y, A.z.y, A.z.z)
+    blow.first, blow.rubs, blow.closely = three(decision.rates, 0), rigid.places[p, HAS_FRICTION] != 0, closely
+    is_found = strike_one(blow, rigid.numbers[p], decision.turned)
+    put_three(decision.pressed, 0, blow.p)
+    return is_found
+
+
+@kernel
+def press(asking: Asking, decision: Decision, active: np.ndarray, all_poisson: bool, is_warm: bool) -> bool:
+    """Write the impulses of some points, by their laws or by Poisson's; return whether there are some.
 
     Of Poisson's impact the second part follows, as much of it as gives no energy; contacts by Newton's law keep what
-    they have come to.
+    they have come to. `is_warm`: whether the forces of the problem are a guess of those of the first part.
     """
-    flags, vectors, points, problem = decision.flags, decision.vectors, asking.points, decision.problem
-    x, pressed, share = vectors[X], vectors[OTHER], 1.0
-    for part in range(2):
-        any_least, any_newton = False, False
-        for a in range(k):
-            p = flags[ACTIVE, a]
-            e, is_poisson = points.numbers[p, OF_POINT.restitution], all_poisson or points.places[p, LAW] != NEWTON
-            problem.of_each[MU, a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
-            problem.slips[a, 0] = problem.slips[a, 1] = np.nan
-            problem.of_each[LEAST, a] = e * pressed[3 * a] if part == 1 and is_poisson else 0.0
-            any_least = any_least or problem.of_each[LEAST, a] != 0.0
-            any_newton = any_newton or not is_poisson
-            for i in range(3):
-                problem.b[3 * a + i] = rates[3 * p + i]
-                if part == 1:
-                    for j in range(3 * k):
-                        problem.b[3 * a + i] += problem.G[3 * a + i, j] * pressed[j]
-            problem.b[3 * a] += 0.0 if is_poisson else e * min(rates[3 * p], 0.0)
-        if part == 1 and not any_least:
-            break
-        if not solve(asking, False, k, X, False):
-            return False
-        if part == 1 and not any_newton:
-            share = _share(decision, k, rates)
-        for i in range(3 * k):
-            pressed[i] = x[i] if part == 0 else pressed[i] + share * x[i]
+    k, problem, pressed = len(active), decision.problem, decision.pressed
+    if not _press_part(asking, decision, active, all_poisson, False, is_warm):
+        return False
+    copy(problem.x[: 3 * k], pressed)
+    any_least = any_newton = False
+    for a in range(k):
+        is_poisson = all_poisson or asking.points.places[active[a], LAW] != NEWTON
+        any_newton = any_newton or not is_poisson
+        lets_go = is_poisson and asking.points.numbers[active[a], OF_POINT.restitution] * pressed[3 * a] != 0.0
+        any_least = any_least or lets_go
+    if not any_least:
+        return True
+    if not _press_part(asking, decision, active, all_poisson, True, False):
+        return False
+    share = 1.0 if any_newton else _share(decision, k)
+    for i in range(3 * k):
+        pressed[i] += share * problem.x[i]
     return True
 
 
 @kernel
-def _share(decision: Decision, k: int, rates: np.ndarray) -> float:
+def _press_part(
+    asking: Asking, decision: Decision, active: np.ndarray, all_poisson: bool, lets_go: bool, is_warm: bool
+) -> bool:
+    """Solve for the first part of an impact, or for the second one, that lets go; return whether there are impulses."""
+    k, problem, rigid, cones = len(active), decision.problem, asking.points, Cones(decision.problem.each)
+    for i in range(3 * k):
+        problem.b[i] = decision.rates[i]
+        if lets_go:
+            for j in range(3 * k):
+                problem.b[i] += problem.G[i, j] * decision.pressed[j]
+    for a in range(k):
+        cone, e = cones[a], rigid.numbers[active[a], OF_POINT.restitution]
+        is_poisson = all_poisson or rigid.places[active[a], LAW] != NEWTON
+        cone.mu, cone.least = holding_of(rigid, active[a]), 0.0
+        let_choose(cone)
+        if not is_poisson:
+            problem.b[3 * a] += e * min(decision.rates[3 * a], 0.0)
+        elif lets_go:
+            cone.least = e * decision.pressed[3 * a]
+    return solve(asking.solving, problem, k, is_warm)
+
+
+@kernel
+def _share(decision: Decision, k: int) -> float:
     """Return the largest share of the second part of impulses with which the whole gives no energy."""
-    flags, problem, pressed, more = decision.flags, decision.problem, decision.vectors[OTHER], decision.vectors[X]
+    problem, pressed, more = decision.problem, decision.pressed, decision.problem.x
     gone = linear = squared = exchanged = 0.0
     for i in range(3 * k):
-        before, first, second = rates[3 * flags[ACTIVE, i // 3] + i % 3], 0.0, 0.0
+        before, first, second = decision.rates[i], 0.0, 0.0
         for j in range(3 * k):
             first += problem.G[i, j] * pressed[j]
             second += problem.G[i, j] * more[j]
@@ -332,44 +346,36 @@ def _share(decision: Decision, k: int, rates: np.ndarray) -> float:
 
 
 @kernel
-def stop(asking: Asking, decision: Decision, count: int, u: np.ndarray) -> bool:
+def stop(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray) -> bool:
     """Take the round-off from the speeds of what is closed, and of what does not slip; return whether there was any."""
-    points = asking.points
-    now = decision.now
-    flags, vectors = decision.flags, decision.vectors
-    rates, problem, held, n, is_any = (
-        vectors[RATES_OF_POINTS],
-        decision.problem,
-        vectors[OTHER],
-        0,
-        False,
-    )
-    for a in range(count):
-        p = flags[TAKES, a]
-        sticks = points.places[p, HAS_FRICTION] != 0 and is_at_rest(decision, p)
+    points, problem, held, n, is_any = points_of(decision), decision.problem, decision.rates, 0, False
+    for p in taking:
+        point = points[p]
+        sticks = asking.points.places[p, HAS_FRICTION] != 0 and is_at_rest(point)
+        put_three(decision.pressed, 3 * p, ZERO)
+        put_three(problem.tried, 3 * p, point.rates)
         for i in range(3):
-            if flags[IS_CLOSED, p] != 0 and (i == 0 or sticks):
+            if point.is_closed and (i == 0 or sticks):
                 held[n] = 3 * p + i
-                is_any = is_any or rates[3 * p + i] != 0.0
+                is_any = is_any or problem.tried[3 * p + i] != 0.0
                 n += 1
     if not is_any:
         return False
     for a in range(n):
         i = int(held[a])
-        problem.lines[F, a] = -rates[i]
+        problem.value[a] = -problem.tried[i]
         for b in range(n):
-            problem.dF[a, b] = now.G[i, int(held[b])]
-    lines = problem.lines
-    rank, _ = factor_least(problem.dF, problem.lines[F], n, DEPENDENT, lines[ORDER], lines[SHARES], lines[ROW])
-    solve_least(problem.dF, problem.lines[F], n, rank, lines[ORDER], lines[SHARES], lines[ROW])
-    vectors[FORCES][:] = 0.0
+            problem.slopes[a, b] = decision.now.G[i, int(held[b])]
+    solve_least_norm(problem, n)
     for a in range(n):
-        vectors[FORCES, int(held[a])] = problem.lines[F, a]
-    respond(decision, count, vectors[FORCES], u)
-    for a in range(count):
-        for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
-            for b in range(n):
-                rates[i] += now.G[i, int(held[b])] * problem.lines[F, b]
+        decision.pressed[int(held[a])] = problem.value[a]
+    for p in taking:
+        points[p].force = three(decision.pressed, 3 * p)
+        respond(decision, p, points[p].force, u)
+    for p in taking:
+        put_three(problem.tried, 3 * p, points[p].rates + moved_by(decision, taking, p))
     for a in range(n):
-        rates[int(held[a])] = 0.0
+        problem.tried[int(held[a])] = 0.0
+    for p in taking:
+        points[p].rates = three(problem.tried, 3 * p)
     return True

@@ -5,10 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
+from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.constraints.contact_margins import Looked
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.decision import Asking
+from kanefe.kernels.impacts.step_impulses import Step
 from kanefe.kernels.tables import FlexibleTables, Loops, Tables
+from kanefe.kernels.values.records import Record
 
 BEYOND = 1e-6
 """Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run
@@ -20,33 +23,57 @@ DOUBLY = 2.0
 ROUND_OFF = 1e-9
 """Tolerance, relative to a step, by which the last step may be longer."""
 
+
 DONE, LEFT, BROKEN = range(3)
 """How steps end: at the last output or the most steps; before one that is left to the literal equations; before one
 that breaks a law of a contact."""
 
-MOST, STEPS, PASSED, CLOSED = range(4)
-"""Integers: steps that may be taken, steps in total, outputs passed, contact points that were closed in the last step.
-"""
-INTEGERS = 4
-
-TIME, TIME_OLD, STOP, LENGTH, TOO_DEEP, OWN_DEPTH, OWN_RESIDUAL, OWN_APPROACH, OWN_BEND, OWN_LOWERED = range(10)
-"""Reals: time reached, start of the last step, end and length of steps (s); a depth that is round-off (m); and of the
-step that was tried last what is told of steps."""
-REALS = 10
-
-DEEPEST, RESIDUAL, APPROACH, BEND, LOWERED = range(5)
-"""Told of all steps so far: the largest depth (m) and residual; by how much a step may enter a surface that it has
-not met before, the largest, and one along which it goes, of all steps together (m); and in all together, of how many
-groups of contacts the restitution was lowered."""
-TOLD = 5
-
 OLD, NEW, NEXT = range(3)
 """Rows of the ends of steps: of the last one, and of the one that is tried."""
 
-BEFORE_STEP, REMAINDER, FREELY, AFTER_STEP, IMPULSE = range(5)
-"""Rows of the vectors of closed points: rates at the middle of a step with its first speeds, m/s, and what is left of
-their rates without accelerations, m/s2; what they become without impulses, and with them, m/s; impulses, N s."""
-VECTORS = 5
+
+class Told(Record):
+    """What is told of all steps so far.
+
+    Attributes
+    ----------
+    deepest, residual : float
+        The largest depth (m) and residual.
+    approach, bend : float
+        By how much a step may enter a surface that it has not met before, the largest, and one along which it goes, of
+        all steps together, m.
+    lowered : float
+        Of how many groups of contacts the restitution was lowered, in all.
+    """
+
+    deepest: float
+    residual: float
+    approach: float
+    bend: float
+    lowered: float
+
+
+class Progress(Record):
+    """How far steps have come.
+
+    Attributes
+    ----------
+    most, steps, passed : int
+        Steps that may be taken, steps in total, outputs passed.
+    time, time_old, stop, length : float
+        Time reached, start of the last step, end and length of steps, s.
+    too_deep : float
+        A depth that is round-off, m.
+    """
+
+    most: int
+    steps: int
+    passed: int
+    time: float
+    time_old: float
+    stop: float
+    length: float
+    too_deep: float
 
 
 class ImpactScene(NamedTuple):
@@ -69,15 +96,19 @@ class ImpactScene(NamedTuple):
     loops: Loops
 
 
+@in_place
 class March(NamedTuple):
     """Steps through a run.
 
     Attributes
     ----------
-    integers, reals, told : ndarray, shapes (INTEGERS,), (REALS,), (TOLD,)
+    integers, reals : ndarray
+        `Progress`.
+    told : ndarray
+        `Told`.
     ends : ndarray, shape (3, state)
         States with quadratures.
-    vectors : ndarray, shape (VECTORS, 3 points)
+    step : Step
     at : ndarray, shape (state,)
         The state that the scene is asked about.
     bends, bent : ndarray
@@ -88,7 +119,7 @@ class March(NamedTuple):
     reals: Reals
     told: Reals
     ends: RealRows
-    vectors: RealRows
+    step: Step
     at: Reals
     bends: Integers
     bent: Reals

@@ -15,10 +15,9 @@ from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.contact_margins import Looked, find_forces
 from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, rows_of, unit_responses_in
-from kanefe.kernels.contact.falling import AT
 from kanefe.kernels.contact.rigid_points import (
     HAS_FRICTION,
-    OF_POINT,
+    HOLDING,
     ON_SURFACE,
     STATUS,
     is_closed,
@@ -28,36 +27,12 @@ from kanefe.kernels.contact.rigid_points import (
     meet,
 )
 from kanefe.kernels.evaluation.evaluation import DONE_AS
-from kanefe.kernels.impacts.decision import (
-    AT_TIME,
-    BEFORE,
-    COUNT,
-    FREE_ACCELERATIONS,
-    IS_KNOWN,
-    IS_TAKING,
-    LOOK,
-    MARGINS_NOW,
-    ON_GAP,
-    ON_LEFT,
-    ON_NORMAL,
-    ON_SLIP,
-    OPEN,
-    POINTS_LATER,
-    POINTS_NOW,
-    SLIPS,
-    STICKS,
-    TAKES,
-    Decision,
-    Moment,
-)
+from kanefe.kernels.impacts.decision import Asked, Decision, Look, Moment, Points, Status, points_of
 from kanefe.kernels.loads.markers import axes_of
 from kanefe.kernels.steppers.step_commands import RATES, SLOPE
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 from kanefe.kernels.tables import FlexibleTables, Loops, Tables
-
-AS_THEY_ARE, TAKING_PART, NONE = range(3)
-"""Which points touch in an evaluation: those that do, those that take part, or none."""
 
 
 class ContactScene(NamedTuple):
@@ -85,66 +60,51 @@ class ContactScene(NamedTuple):
 
 
 @entry()
-def look_at_points(
-    looked: Looked,
-    loops: Loops,
-    tables: Tables,
-    flexible: FlexibleTables,
-    motions: Drives,
-    fill: Filler,
-    held: Reals,
-    decision: Decision,
-    y: Reals,
-) -> None:
+def look_at_points(scene: ContactScene, decision: Decision, y: Reals) -> None:
     """Write what the question of a decision asks for, of a state, or of one a little later.
 
     Parameters
     ----------
-    looked, loops, tables, flexible, motions, fill, held
-        See `ContactScene`.
+    scene : ContactScene
     decision : Decision
         For what is later, its `state` has the speeds of then, and its `motion` the way there.
     y : ndarray, shape (state,)
         Begins with q, u and z.
     """
-    scene, question = ContactScene(looked, loops, tables, flexible, motions, fill, held), decision.question
-    what, t, count = int(question[LOOK]), question[AT_TIME], int(question[COUNT])
-    first = looked.first_state - decision.motion.shape[1]
-    state, touching = y, TAKING_PART
-    if what == POINTS_LATER:
-        advance(tables, flexible, y[:first], decision.motion[1], 1.0, decision.state[:first])
+    looked = scene.looked
+    asked, points = Asked(decision.asked, decision.when), points_of(decision)
+    what, taking = asked.look, decision.taking[: asked.taking]
+    first, state = looked.first_state - decision.motion.shape[1], y
+    if what == Look.POINTS_LATER:
+        advance(scene.tables, scene.flexible, y[:first], decision.motion[1], 1.0, decision.state[:first])
         state = decision.state
-    if what == MARGINS_NOW:
-        touching = AS_THEY_ARE
-    if what == FREE_ACCELERATIONS:
-        touching = NONE
-    done = _evaluate(scene, decision.flags, t, state, touching)
-    question[IS_KNOWN] = 1.0 if done else 0.0
-    if not done:
+    asked.is_known = _evaluate(scene, points, asked.t, state, what)
+    if not asked.is_known:
         return
-    if what == MARGINS_NOW:
+    if what == Look.MARGINS:
         _put_margins(scene, decision, y)
-    elif what == FREE_ACCELERATIONS:
+    elif what == Look.FREE_ACCELERATIONS:
         copy(looked.vectors[SLOPE, first : looked.first_state], decision.motion[0])
-    elif what == POINTS_NOW:
-        _put_moment(scene, decision.flags, count, state[first:], decision.now)
+    elif what == Look.POINTS:
+        _put_moment(scene, taking, state[first:], decision.now)
     else:
-        _put_moment(scene, decision.flags, count, state[first:], decision.later)
+        _put_moment(scene, taking, state[first:], decision.later)
 
 
 @kernel
-def _evaluate(scene: ContactScene, flags: np.ndarray, t: float, y: np.ndarray, touching: int) -> bool:
-    """Evaluate the scene at a state; return whether it has rates."""
-    looked, points = scene.looked, scene.loops.points
+def _evaluate(scene: ContactScene, points: Points, t: float, y: np.ndarray, what: int) -> bool:
+    """Evaluate the scene at a state, with what takes part or nothing closed; return whether it has rates."""
+    looked = scene.looked
     width = min(len(y), looked.vectors.shape[1])
     copy(y[:width], looked.vectors[0, :width])
     put_drives(scene.motions, t, looked.drives)
     copy(scene.held, looked.inputs)
     scene.fill(t, y, looked.inputs)
-    if touching != AS_THEY_ARE:
-        for p in range(len(points.places)):
-            is_held = touching == TAKING_PART and flags[IS_TAKING, p] != 0
-            looked.vectors[0, looked.first_state + points.places[p, STATUS]] = STICKS if is_held else OPEN
+    if what != Look.MARGINS:
+        for p in range(len(points)):
+            sticks = what != Look.FREE_ACCELERATIONS and points[p].takes_part
+            at = looked.first_state + scene.loops.points.places[p, STATUS]
+            looked.vectors[0, at] = 1.0 if sticks else 0.0  # `Status`
     looked.evaluation.numbers[looked.time_at] = t
     call_address(looked.evaluation.address, (looked.evaluation.places, looked.evaluation.numbers))
     return int(looked.evaluation.numbers[DONE_AS]) == RATES
@@ -161,33 +121,33 @@ def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None
         touches = touches or is_closed(points, p, z)
     if touches:
         find_forces(loops, z, forces, kept)
-    decision.margins[:, :] = np.inf
     for p in range(len(points.places)):
-        row, normal = decision.margins[p], forces[first + 3 * p]
-        decision.flags[BEFORE, p] = OPEN
+        point, normal = points_of(decision)[p], forces[first + 3 * p]
+        point.before, point.gap, point.normal = Status.OPEN, np.inf, np.inf
+        point.slip_margin = point.left_of_slip = np.inf
         if not is_closed(points, p, z):
             meet(points, p, scene.tables.gravity, looked.work, kept.met)
-            row[ON_GAP] = left_of_gap(points, p, z, kept.met)
+            point.gap = left_of_gap(points, p, z, kept.met)
+        elif is_slipping(points, p, z):
+            point.before, point.normal = Status.SLIPS, normal
+            if points.places[p, HAS_FRICTION] != 0:
+                point.left_of_slip = left_of_slip(points, p, z, looked.work, kept.met)
         else:
-            row[ON_NORMAL] = normal
-            decision.flags[BEFORE, p] = SLIPS if is_slipping(points, p, z) else STICKS
-            if decision.flags[BEFORE, p] == STICKS:
-                holding = points.numbers[p, int(OF_POINT.friction) + int(AT.holding)]
-                row[ON_SLIP] = holding * normal - np.hypot(forces[first + 3 * p + 1], forces[first + 3 * p + 2])
-            elif points.places[p, HAS_FRICTION] != 0:
-                row[ON_LEFT] = left_of_slip(points, p, z, looked.work, kept.met)
+            point.before, point.normal = Status.STICKS, normal
+            held = np.hypot(forces[first + 3 * p + 1], forces[first + 3 * p + 2])
+            point.slip_margin = points.numbers[p, HOLDING] * normal - held
         copy(kept.met[p], decision.now.met[p])
 
 
 @kernel
-def _put_moment(scene: ContactScene, flags: np.ndarray, count: int, u: np.ndarray, moment: Moment) -> None:
+def _put_moment(scene: ContactScene, taking: np.ndarray, u: np.ndarray, moment: Moment) -> None:
     """Write what unit forces at the points that take part do; speeds u are followed by the rest of the state."""
     loops, looked, free = scene.loops, scene.looked, moment.responses.shape[1]
     kept = unit_responses_in(looked.holding, loops)
     first = len(loops.rows) - 3 * len(loops.points.places)
     du = looked.vectors[SLOPE, looked.first_state - free : looked.first_state]
-    for a in range(count):
-        p = flags[TAKES, a]
+    for a in range(len(taking)):
+        p = taking[a]
         copy(kept.met[p], moment.met[p])
         axes = axes_of(loops.points.markers, 2 * p, loops.points.places[p, ON_SURFACE], looked.work)
         for c in range(9):
@@ -197,15 +157,14 @@ def _put_moment(scene: ContactScene, flags: np.ndarray, count: int, u: np.ndarra
             moment.b[i] = -kept.rest[j]
             for c in range(free):
                 moment.responses[i, c] = kept.unit_responses[j, c] if kept.scale[j] != 0.0 else 0.0
-            for other in range(a + 1):
-                q = flags[TAKES, other]
+            for q in taking[: a + 1]:
                 for k in range(3 * q, min(3 * q + 3, i + 1)):
                     moves = kept.scale[j] != 0.0 and kept.scale[first + k] != 0.0
                     moment.G[i, k] = moment.G[k, i] = kept.A[j, first + k] if moves else 0.0
         moment.sizes[p] = _moved(kept, first + 3 * p, u, looked.drives, 1, free)
         moment.accelerated[p] = _moved(kept, first + 3 * p, du, looked.drives, 2, free)
     if has_loops(loops, kept):
-        _hold_loops(loops, kept, flags, count, moment)
+        _hold_loops(loops, kept, taking, moment)
 
 
 @inlined
@@ -219,7 +178,7 @@ def _moved(kept: UnitResponses, j: int, u: np.ndarray, drives: np.ndarray, rate:
 
 
 @kernel
-def _hold_loops(loops: Loops, kept: UnitResponses, flags: np.ndarray, count: int, moment: Moment) -> None:
+def _hold_loops(loops: Loops, kept: UnitResponses, taking: np.ndarray, moment: Moment) -> None:
     """Take from what unit forces do what the loops take up."""
     first = len(loops.rows) - 3 * len(loops.points.places)
     for j in range(len(loops.rows)):
@@ -227,8 +186,8 @@ def _hold_loops(loops: Loops, kept: UnitResponses, flags: np.ndarray, count: int
     tolerance = Limits(loops.limits).rank_tolerance
     rank, _ = factor(kept.A, kept.spare, tolerance, kept.L, kept.inverses, kept.order, kept.column)
     right, share = kept.live, kept.plain
-    for a in range(count):
-        for i in range(3 * flags[TAKES, a], 3 * flags[TAKES, a] + 3):
+    for p in taking:
+        for i in range(3 * p, 3 * p + 3):
             if kept.scale[first + i] == 0.0:
                 continue
             for j in range(first):
@@ -240,7 +199,7 @@ def _hold_loops(loops: Loops, kept: UnitResponses, flags: np.ndarray, count: int
                 moment.b[i] += share[j] * kept.rest[j]
                 for c in range(moment.responses.shape[1]):
                     moment.responses[i, c] -= share[j] * kept.unit_responses[j, c]
-                for other in range(count):
-                    for k in range(3 * flags[TAKES, other], 3 * flags[TAKES, other] + 3):
+                for q in taking:
+                    for k in range(3 * q, 3 * q + 3):
                         if kept.scale[first + k] != 0.0:
                             moment.G[k, i] -= share[j] * kept.A[first + k, j]

@@ -1,108 +1,216 @@
-"""Impulses of closed contacts in a step over impacts, of those that move each other together.
+"""Impulses of closed contacts in a step over impacts: by Newton's restitution, as far as that makes no energy.
 
-The law is that of `kanefe.kane.rigid_contacts.step_impulses`: Newton's restitution, as far as that makes no energy.
+    y = v_E + s e v_A along the normal, v_E across it,    v_E = v_free + G I
+
+obeys Coulomb's law with impulses I, whose work is ``I (v_A + v_E) / 2``. With friction, and between several contacts,
+Newton's restitution may make energy (Kane & Levinson, "Dynamics: Theory and Applications", 1985): there the share s of
+it is the largest, below 1, with which it does not. Forces that turn a motion round within a step may let impulses do
+work without any restitution, by what is of second order in the step: there the mean ``(v_A + v_E) / 2`` obeys the law,
+whose work then is that of Coulomb's friction.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, OF_POINT
-from kanefe.kernels.impacts.cones import LEAST, MU, largest_of, residual
-from kanefe.kernels.impacts.decision import ACTIVE, IS_NEW, TAKES, Decision, X, solve
-from kanefe.kernels.impacts.march import (
-    BEFORE_STEP,
-    FREELY,
-    IMPULSE,
-    OWN_LOWERED,
-    OWN_RESIDUAL,
-    ImpactScene,
-    March,
-)
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
+from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.signatures import in_place
+from kanefe.kernels.contact.rigid_points import OF_POINT
+from kanefe.kernels.impacts.cones import Cones, Problem, largest_of, let_choose, residual, summed
+from kanefe.kernels.impacts.decision import largest_in, put_problem, solve
+from kanefe.kernels.impacts.impulses import holding_of
 from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
+from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.tables import RigidPoints
+from kanefe.kernels.values.records import Record, Rows, allocate
+from kanefe.kernels.values.tensors import Vector, dot
+
+
+class Closed(Record):
+    """A point that is closed in a step.
+
+    Attributes
+    ----------
+    point : int
+        Its number.
+    is_done : bool
+        Whether it has its impulse.
+    before, freely, after : Vector
+        Rates at the middle of the step with its first speeds, and what they become without impulses, and with them,
+        m/s.
+    remainder : Vector
+        What is left of the rate of its rates without accelerations, m/s2.
+    impulse : Vector
+        N s.
+    """
+
+    point: int
+    is_done: bool
+    before: Vector
+    freely: Vector
+    after: Vector
+    remainder: Vector
+    impulse: Vector
+
+
+ClosedPoints = Rows[Closed]
+"""All that may be closed: of `Step.integers` and `Step.numbers`."""
+
+
+class Tried(Record):
+    """What is told of a step.
+
+    Attributes
+    ----------
+    closed : int
+        How many points are closed.
+    depth : float
+        Of the deepest, m.
+    residual : float
+        Of their complementarity, of the largest impulse.
+    approach, bend : float
+        By how much it may enter a surface that it has not met before, and one along which it goes, m.
+    lowered : float
+        Of how many groups of contacts the restitution was lowered.
+    """
+
+    closed: int
+    depth: float
+    residual: float
+    approach: float
+    bend: float
+    lowered: float
+
+
+@in_place
+class Step(NamedTuple):
+    """A step over impacts, and what solves for its impulses.
+
+    Attributes
+    ----------
+    points : RigidPoints
+    problem : Problem
+    solving : Prepared
+        Call of `kanefe.kernels.impacts.cones.solve_one` with it.
+    G : ndarray, shape (3 points, 3 points)
+        What unit impulses do to the rates.
+    members : ndarray of int, shape (2, points)
+        Closed points that move each other, by their order; and their numbers.
+    integers, numbers : ndarray
+        `ClosedPoints`.
+    tried, told : ndarray
+        `Tried`.
+    """
+
+    points: RigidPoints
+    problem: Problem
+    solving: Prepared
+    G: RealRows
+    members: IntegerRows
+    integers: IntegerRows
+    numbers: RealRows
+    tried: Integers
+    told: Reals
+
+
+def step_of(points: RigidPoints, problem: Problem, solving: Prepared, G: np.ndarray) -> Step:
+    """Return the memory of a step."""
+    n = len(points.places)
+    members, integers = (np.zeros(shape, dtype=np.int64) for shape in ((2, n), (n, Closed.integer_count)))
+    return Step(points, problem, solving, G, members, integers, np.zeros((n, Closed.number_count)), *allocate(Tried))
+
+
+def closed_points(step: Step) -> list[Closed]:
+    """Return the closed points of a step."""
+    return list(ClosedPoints(step.integers, step.numbers))[: Tried(step.tried, step.told).closed]
+
+
+@entry()
+def solve_step(step: Step) -> bool:
+    """Write the impulses of the closed points of a step, `Tried.closed` of them; return whether there are some."""
+    return solve_islands(step)
 
 
 @kernel
-def solve_islands(scene: ImpactScene, decision: Decision, march: March, count: int) -> bool:
+def solve_islands(step: Step) -> bool:
     """Write the impulses of closed points, of those that move each other together; return whether there are some."""
-    flags, reals, vectors = decision.flags, march.reals, march.vectors
-    takes, members, is_done = flags[TAKES], flags[ACTIVE], flags[IS_NEW]
-    reals[OWN_RESIDUAL] = reals[OWN_LOWERED] = 0.0
+    closed, tried, members = ClosedPoints(step.integers, step.numbers), Tried(step.tried, step.told), step.members[0]
+    count = tried.closed
+    tried.residual = tried.lowered = 0.0
     for a in range(count):
-        is_done[a] = 0
+        closed[a].is_done = False
     for a in range(count):
-        if is_done[a] != 0:
+        if closed[a].is_done:
             continue
-        members[0], is_done[a], k, seen = a, 1, 1, 0
+        members[0], closed[a].is_done, k, seen = a, True, 1, 0
         while seen < k:
             for b in range(count):
-                if is_done[b] == 0 and _moves(decision.now.G, takes[members[seen]], takes[b]):
-                    members[k], is_done[b] = b, 1
+                if not closed[b].is_done and _moves(step.G, closed[members[seen]].point, closed[b].point):
+                    members[k], closed[b].is_done = b, True
                     k += 1
             seen += 1
-        if not _solve_island(scene, decision, march, k):
+        if not _solve_island(step, k):
             return False
-        reals[OWN_RESIDUAL] = max(reals[OWN_RESIDUAL], _left(decision, march, k))
+        tried.residual = max(tried.residual, _left(step, k))
         for b in range(k):
-            for i in range(3):
-                vectors[IMPULSE, 3 * members[b] + i] = decision.vectors[X, 3 * b + i]
+            closed[members[b]].impulse = three(step.problem.x, 3 * b)
     return True
 
 
 @kernel
-def _solve_island(scene: ImpactScene, decision: Decision, march: March, k: int) -> bool:
-    """Write the impulses of k active points, which make no energy; return whether there are some.
-
-    See `kanefe.kane.rigid_contacts.step_impulses`.
-    """
-    _put_problem(scene, decision, k)
-    if not _solve_by(scene, decision, march, k, 1.0, 0.0):
+def _solve_island(step: Step, k: int) -> bool:
+    """Write the impulses of k points that move each other, which make no energy; return whether there are some."""
+    closed, tried = ClosedPoints(step.integers, step.numbers), Tried(step.tried, step.told)
+    for a in range(k):
+        step.members[1, a] = closed[step.members[0, a]].point
+        cone = Cones(step.problem.each)[a]
+        cone.mu, cone.least = holding_of(step.points, step.members[1, a]), 0.0
+        let_choose(cone)
+    put_problem(step.G, step.members[1, :k], step.problem)
+    if not _solve_by(step, k, 1.0, 0.0):
         return False
-    if not _makes_energy(decision, march, k):
+    if not _makes_energy(step, k):
         return True
-    if not _solve_by(scene, decision, march, k, 0.0, 0.0):
+    if not _solve_by(step, k, 0.0, 0.0):
         return False
-    if _makes_energy(decision, march, k):
-        return _solve_by(scene, decision, march, k, 0.0, 1.0)
+    if _makes_energy(step, k):
+        return _solve_by(step, k, 0.0, 1.0)
     low, high = 0.0, 1.0
     for _ in range(HALVINGS):
         share = 0.5 * (low + high)
-        if not _solve_by(scene, decision, march, k, share, 0.0) or _makes_energy(decision, march, k):
+        if not _solve_by(step, k, share, 0.0) or _makes_energy(step, k):
             high = share
         else:
             low = share
-    march.reals[OWN_LOWERED] += 1.0
-    return _solve_by(scene, decision, march, k, low, 0.0)
+    tried.lowered += 1.0
+    return _solve_by(step, k, low, 0.0)
 
 
 @kernel
-def _solve_by(scene: ImpactScene, decision: Decision, march: March, k: int, share: float, of_all: float) -> bool:
+def _solve_by(step: Step, k: int, share: float, of_all: float) -> bool:
     """Write the impulses by shares of the restitution, and of the rates before that count in all directions."""
-    numbers, members, vectors = scene.loops.points.numbers, decision.flags[ACTIVE], march.vectors
+    closed = ClosedPoints(step.integers, step.numbers)
     for a in range(k):
-        at = 3 * members[a]
-        for i in range(3):
-            decision.problem.b[3 * a + i] = vectors[FREELY, at + i] + of_all * vectors[BEFORE_STEP, at + i]
-        e = share * numbers[decision.flags[TAKES, members[a]], OF_POINT.restitution]
-        decision.problem.b[3 * a] += e * vectors[BEFORE_STEP, at]
-    return solve(scene.asking, False, k, X, False)
+        one = closed[step.members[0, a]]
+        e = share * step.points.numbers[one.point, OF_POINT.restitution]
+        put_three(step.problem.b, 3 * a, one.freely + of_all * one.before + Vector(e * one.before.x, 0.0, 0.0))
+    return solve(step.solving, step.problem, k, False)
 
 
 @kernel
-def _makes_energy(decision: Decision, march: March, k: int) -> bool:
-    """Return whether the impulses of k active points do work beyond round-off."""
-    G, x, vectors, members = decision.problem.G, decision.vectors[X], march.vectors, decision.flags[ACTIVE]
-    work = size = fastest = 0.0
+def _makes_energy(step: Step, k: int) -> bool:
+    """Return whether the impulses of k points that move each other do work beyond round-off."""
+    closed, problem, work, size, fastest = ClosedPoints(step.integers, step.numbers), step.problem, 0.0, 0.0, 0.0
     for a in range(k):
-        for i in range(3):
-            before, freely = vectors[BEFORE_STEP, 3 * members[a] + i], vectors[FREELY, 3 * members[a] + i]
-            after = freely
-            for j in range(3 * k):
-                after += G[3 * a + i, j] * x[j]
-            work += 0.5 * x[3 * a + i] * (before + after)
-            size += abs(x[3 * a + i])
-            fastest = max(fastest, max(abs(before), abs(freely)))
+        one, force = closed[step.members[0, a]], three(problem.x, 3 * a)
+        after = summed(problem.G, k, a, problem.x, one.freely)
+        work += 0.5 * dot(force, one.before + after)
+        size += abs(force.x) + abs(force.y) + abs(force.z)
+        fastest = max(fastest, max(largest_in(one.before), largest_in(one.freely)))
     return work > ROUND_OFF_OF_FORCES * fastest * size
 
 
@@ -117,27 +225,11 @@ def _moves(G: np.ndarray, p: int, q: int) -> bool:
 
 
 @kernel
-def _put_problem(scene: ImpactScene, decision: Decision, k: int) -> None:
-    """Write the problem of the impulses of k active points among the closed ones, but for the law."""
-    problem, G, members = decision.problem, decision.now.G, decision.flags[ACTIVE]
-    points, takes = scene.loops.points, decision.flags[TAKES]
+def _left(step: Step, k: int) -> float:
+    """Return the residual of the impulses of k points that move each other, of the largest."""
+    closed, problem, softest, fastest = ClosedPoints(step.integers, step.numbers), step.problem, 0.0, 0.0
     for a in range(k):
-        p = takes[members[a]]
-        for i in range(3 * a, 3 * a + 3):
-            for b in range(k):
-                for j in range(3):
-                    problem.G[i, 3 * b + j] = G[3 * p + i - 3 * a, 3 * takes[members[b]] + j]
-        problem.of_each[MU, a] = points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
-        problem.of_each[LEAST, a] = 0.0
-        problem.slips[a, 0] = problem.slips[a, 1] = np.nan
-
-
-@kernel
-def _left(decision: Decision, march: March, k: int) -> float:
-    """Return the residual of the impulses of k active points, of the largest."""
-    problem, x, softest, fastest = decision.problem, decision.vectors[X], 0.0, 0.0
-    for a in range(k):
-        for i in range(3):
-            softest = max(softest, problem.G[3 * a + i, 3 * a + i])
-            fastest = max(fastest, abs(march.vectors[BEFORE_STEP, 3 * decision.flags[ACTIVE, a] + i]))
-    return residual(problem, k, x) / max(max(largest_of(x, 3 * k), fastest / softest), 1e-300)
+        fastest = max(fastest, largest_in(closed[step.members[0, a]].before))
+    for i in range(3 * k):
+        softest = max(softest, problem.G[i, i])
+    return residual(problem, k, problem.x) / max(max(largest_of(problem.x, 3 * k), fastest / softest), 1e-300)

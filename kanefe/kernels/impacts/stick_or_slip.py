@@ -1,43 +1,36 @@
 """Forces of rigid contacts at an event, and what they decide: which of what is at rest sticks, and how slips begin.
 
-The law is that of `kanefe.kane.rigid_contacts.stick_or_slip`, which is independent of this.
+The complementarity of accelerations; where it is in balance with the limit of friction, that of a moment later.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, copy, matrix, plus, rotated_back, times, vector
+from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, MET, OF_POINT
-from kanefe.kernels.impacts.cones import LEAST, MU, ConeMemory, is_given, largest_of
+from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, OF_POINT
+from kanefe.kernels.impacts.cones import Cone, Cones, Problem, largest_of, let_choose, rates_by, slips_along, summed
+from kanefe.kernels.impacts.contact_questions import NO_FORCES, PARADOX, UNKNOWN
 from kanefe.kernels.impacts.decision import (
-    ACCELERATIONS,
-    ACTIVE,
-    AFTER,
-    BEGINS,
-    FOUND,
-    FREE_ACCELERATIONS,
-    IS_CLOSED,
-    IS_NEW,
-    OPEN,
-    OTHER,
-    POINTS_LATER,
-    RATES_OF_POINTS,
-    SLIP_OF,
-    SLIPS,
-    STICKS,
-    TAKES,
-    TURNING,
     Asking,
     Decision,
-    Moment,
-    X,
+    Look,
+    Point,
+    Status,
+    block,
+    is_at_rest,
+    largest_in,
     look,
+    on_surface,
+    points_of,
+    put_problem,
     solve,
 )
-from kanefe.kernels.impacts.impulses import is_at_rest, put_active
+from kanefe.kernels.impacts.impulses import moved_by, respond
 from kanefe.kernels.impacts.tolerances import (
     AHEAD,
     HOLDS,
@@ -45,265 +38,276 @@ from kanefe.kernels.impacts.tolerances import (
     ROUND_OFF_OF_ACCELERATIONS,
     ROUND_OFF_OF_FORCES,
 )
+from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.values.tensors import ZERO
 
-Ahead = tuple[float, np.ndarray, float, float]
-"""Time and state of an event, span and end of the run."""
+FOUND = -1
+"""Number that says that forces are found, in place of why they are not: see `contact_questions`."""
+
+
+class Event(NamedTuple):
+    """An event of a run.
+
+    Attributes
+    ----------
+    t : float
+        s.
+    y : ndarray
+        State at it, begins with q, u and z.
+    span, stop : float
+        Of the run, s.
+    is_changed : bool
+        Whether speeds have changed since the scene was looked at.
+    """
+
+    t: float
+    y: np.ndarray
+    span: float
+    stop: float
+    is_changed: bool
 
 
 @kernel
-def put_statuses(asking: Asking, decision: Decision, count: int, event: Ahead) -> bool:
-    """Write accelerations, and the status of each point that takes part with its slip; return whether they are known.
+def put_statuses(asking: Asking, decision: Decision, taking: np.ndarray, event: Event) -> int:
+    """Write accelerations, and the status of each point that takes part with its slip; return why they are not known.
 
     What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction, those
     a moment later. Each round lets a point more slip, and none stick again, so that they end.
     """
-    flags, vectors = decision.flags, decision.vectors
-    points, problem, now, x, k = asking.points, decision.problem, decision.now, vectors[X], 0
-    for a in range(count):
-        p = flags[TAKES, a]
-        if flags[IS_CLOSED, p] != 0:
-            flags[ACTIVE, k] = p
+    points, problem, rigid, k = points_of(decision), decision.problem, asking.points, 0
+    for p in taking:
+        points[p].begins = False
+        if points[p].is_closed:
+            decision.active[k] = p
             k += 1
-    put_active(decision, k)
+    active = decision.active[:k]
+    put_problem(decision.now.G, active, problem)
     for a in range(k):
-        p = flags[ACTIVE, a]
-        along, across = vectors[RATES_OF_POINTS, 3 * p + 1], vectors[RATES_OF_POINTS, 3 * p + 2]
-        problem.of_each[LEAST, a] = problem.of_each[MU, a] = flags[BEGINS, a] = 0
-        problem.slips[a, 0] = problem.slips[a, 1] = 0.0
-        copy(now.b[3 * p : 3 * p + 3], problem.b[3 * a : 3 * a + 3])
-        if points.places[p, HAS_FRICTION] == 0:
-            continue
-        speed = np.hypot(along, across)
-        if is_at_rest(decision, p):
-            problem.of_each[MU, a] = points.numbers[p, HOLDING]
-            problem.slips[a, 0] = problem.slips[a, 1] = np.nan
-        else:
-            problem.of_each[MU, a] = steady_coefficient(points.numbers[p], OF_POINT.friction, speed)
-            problem.slips[a, 0], problem.slips[a, 1] = along / speed, across / speed
+        p = active[a]
+        _put_cone(points[p], Cones(problem.each)[a], rigid.numbers[p], rigid.places[p, HAS_FRICTION] != 0)
+        put_three(problem.b, 3 * a, three(decision.now.b, 3 * p))
     while True:
-        if not _follow(asking, decision, k):
-            return False
-        if not _find_slipping(problem, k, x, decision):
-            known, is_any = _find_slipping_soon(asking, decision, count, k, event)
+        why_not = _follow(asking, decision, active)
+        if why_not != FOUND:
+            return why_not
+        if not _find_slipping(problem, active, decision):
+            known, is_any = _find_slipping_soon(asking, decision, taking, active, event)
             if not known:
-                return False
+                return UNKNOWN
             if not is_any:
                 break
         for a in range(k):
-            if flags[IS_NEW, a] != 0:
-                flags[BEGINS, a] = 1
-                copy(decision.directions[FOUND, a], problem.slips[a])
-                problem.of_each[MU, a] = steady_coefficient(points.numbers[flags[ACTIVE, a]], OF_POINT.friction, 0.0)
-    if not _turn(asking, decision, count, k, event):
-        return False
-    _put_found(decision, count, k)
-    return True
-
-
-@kernel
-def _put_found(decision: Decision, count: int, k: int) -> None:
-    """Write the accelerations by the forces that were found, and what they say of each point."""
-    flags, vectors = decision.flags, decision.vectors
-    now, x, y, problem = decision.now, vectors[X], vectors[ACCELERATIONS], decision.problem
-    largest, biggest = 0.0, largest_of(x, 3 * k)  # by what forces do: to hold what moves more takes a pull that counts
-    for a in range(count):
-        p = flags[TAKES, a]
-        flags[AFTER, p] = OPEN
-        for i in range(3 * p, 3 * p + 3):
-            y[i] = now.b[i]
-            for b in range(k):
-                for j in range(3):
-                    y[i] += now.G[i, 3 * flags[ACTIVE, b] + j] * x[3 * b + j]
-            largest = max(largest, abs(y[i] - now.b[i]))
-    least = ROUND_OFF_OF_FORCES * largest if biggest > 0.0 else -1.0
-    for a in range(k):
-        p, slips = flags[ACTIVE, a], is_given(problem, a)
-        moved = largest_of(y[3 * p :], 1 if slips else 3)
-        # what others carry for it stays closed where it would not move either
-        if x[3 * a] <= ROUND_OFF_OF_FORCES * biggest and moved > least:
-            continue
-        flags[AFTER, p] = SLIPS if slips else STICKS
-        if slips:
-            copy(problem.slips[a], decision.directions[SLIP_OF, p])
+            point, cone = points[active[a]], Cones(problem.each)[a]
+            if point.is_new:
+                point.begins, cone.along, cone.across = True, point.along, point.across
+                cone.mu = steady_coefficient(rigid.numbers[active[a]], OF_POINT.friction, 0.0)
+    if not _turn(asking, decision, taking, active, event):
+        return UNKNOWN
+    _put_found(decision, taking, active)
+    return FOUND
 
 
 @inlined
-def _is_at_limit(cones: ConeMemory, a: int, x: np.ndarray, biggest: float) -> bool:
-    """Return whether a contact sticks by all that its friction can hold."""
-    normal = x[3 * a]
-    is_full = np.hypot(x[3 * a + 1], x[3 * a + 2]) >= HOLDS * cones.of_each[MU, a] * normal
-    return not is_given(cones, a) and normal > ROUND_OFF_OF_FORCES * biggest and is_full
+def _put_cone(point: Point, cone: Cone, numbers: np.ndarray, rubs: bool) -> None:
+    """Write what a closed point can have."""
+    cone.least = cone.mu = cone.along = cone.across = 0.0
+    if not rubs:
+        return
+    if is_at_rest(point):
+        cone.mu = numbers[HOLDING]
+        let_choose(cone)
+    else:
+        speed = np.hypot(point.rates.y, point.rates.z)
+        cone.mu = steady_coefficient(numbers, OF_POINT.friction, speed)
+        cone.along, cone.across = point.rates.y / speed, point.rates.z / speed
 
 
 @kernel
-def _find_slipping(cones: ConeMemory, k: int, x: np.ndarray, decision: Decision) -> bool:
-    """Write which contacts should stick and do not, and along what their accelerations are; return if there are any."""
-    flags, directions = decision.flags, decision.directions
-    n, biggest, found = 3 * k, largest_of(x, 3 * k), False
-    largest = 0.0
-    for i in range(n):
-        moved = 0.0
-        for j in range(n):
-            moved += cones.G[i, j] * x[j]
-        largest = max(largest, abs(moved))
-    least = ROUND_OFF_OF_FORCES * largest
-    for a in range(k):
-        flags[IS_NEW, a] = 0
-        if not _is_at_limit(cones, a, x, biggest):
+def _put_found(decision: Decision, taking: np.ndarray, active: np.ndarray) -> None:
+    """Write the accelerations by the forces that were found, and what they say of each point."""
+    points, x, now, largest = points_of(decision), decision.problem.x, decision.now, 0.0
+    biggest = largest_of(x, 3 * len(active))
+    for p in taking:
+        points[p].after = Status.OPEN
+        points[p].force = ZERO
+    for a in range(len(active)):
+        points[active[a]].force = three(x, 3 * a)
+    for p in taking:  # by what forces do: to hold what moves more takes a pull that counts
+        moved = moved_by(decision, active, p)
+        points[p].acceleration = three(now.b, 3 * p) + moved
+        largest = max(largest, largest_in(moved))
+    least = ROUND_OFF_OF_FORCES * largest if biggest > 0.0 else -1.0
+    for a in range(len(active)):
+        point, cone = points[active[a]], Cones(decision.problem.each)[a]
+        slips = slips_along(cone)
+        moves = abs(point.acceleration.x) if slips else largest_in(point.acceleration)
+        # what others carry for it stays closed where it would not move either
+        if point.force.x <= ROUND_OFF_OF_FORCES * biggest and moves > least:
             continue
-        along, across = cones.b[3 * a + 1], cones.b[3 * a + 2]
-        for j in range(n):
-            along += cones.G[3 * a + 1, j] * x[j]
-            across += cones.G[3 * a + 2, j] * x[j]
-        size = np.hypot(along, across)
-        if size > least:
-            flags[IS_NEW, a], found = 1, True
-            directions[FOUND, a, 0], directions[FOUND, a, 1] = along / size, across / size
+        point.after = Status.STICKS
+        if slips:
+            point.after, point.along, point.across = Status.SLIPS, cone.along, cone.across
+
+
+@inlined
+def _is_at_limit(problem: Problem, a: int, biggest: float) -> bool:
+    """Return whether a contact sticks by all that its friction can hold."""
+    cone, force = Cones(problem.each)[a], three(problem.x, 3 * a)
+    is_full = np.hypot(force.y, force.z) >= HOLDS * cone.mu * force.x
+    return not slips_along(cone) and force.x > ROUND_OFF_OF_FORCES * biggest and is_full
+
+
+@kernel
+def _find_slipping(problem: Problem, active: np.ndarray, decision: Decision) -> bool:
+    """Write which contacts should stick and do not, and along what their accelerations are; return if there are any."""
+    points, k, found, largest = points_of(decision), len(active), False, 0.0
+    biggest = largest_of(problem.x, 3 * k)
+    for a in range(k):
+        largest = max(largest, largest_in(summed(problem.G, k, a, problem.x, ZERO)))
+    for a in range(k):
+        point = points[active[a]]
+        point.is_new = False
+        if not _is_at_limit(problem, a, biggest):
+            continue
+        moves = rates_by(problem, k, a, problem.x)
+        size = np.hypot(moves.y, moves.z)
+        if size > ROUND_OFF_OF_FORCES * largest:
+            point.is_new, point.along, point.across, found = True, moves.y / size, moves.z / size, True
     return found
 
 
 @kernel
-def _find_slipping_soon(asking: Asking, decision: Decision, count: int, k: int, event: Ahead) -> tuple[bool, bool]:
+def _find_slipping_soon(
+    asking: Asking, decision: Decision, taking: np.ndarray, active: np.ndarray, event: Event
+) -> tuple[bool, bool]:
     """Write in which directions begins to slip what is held by all that friction can hold.
 
     Returns
     -------
     is_known, is_any : bool
     """
-    flags, vectors = decision.flags, decision.vectors
-    problem, later, x, other = decision.problem, decision.ahead, vectors[X], vectors[OTHER]
-    biggest, is_any = largest_of(x, 3 * k), False
+    points, problem, later, k, is_any = points_of(decision), decision.problem, decision.ahead, len(active), False
+    biggest = largest_of(problem.x, 3 * k)
     for a in range(k):
-        is_any = is_any or _is_at_limit(problem, a, x, biggest)
-    if not is_any or event[2] <= 0.0:
+        is_any = is_any or _is_at_limit(problem, a, biggest)
+    if not is_any or event.span <= 0.0:
         return True, False
     for share in AHEAD:
-        if not _go_ahead(asking, decision, count, k, share, event):
+        if not _go_ahead(asking, decision, taking, active, share, event):
             return False, False
-        copy(x[: 3 * k], other)
-        if not solve(asking, True, k, OTHER, True):
+        if not solve(asking.solving_ahead, later, k, True):
             continue
-        _find_slipping(later, k, other, decision)
+        _find_slipping(later, active, decision)
         found = stays = False
-        height = largest_of(other, 3 * k)
+        height = largest_of(later.x, 3 * k)
         for a in range(k):
-            was = _is_at_limit(problem, a, x, biggest)
-            flags[IS_NEW, a] = flags[IS_NEW, a] if was else 0
-            found = found or flags[IS_NEW, a] != 0
-            stays = stays or (was and _is_at_limit(later, a, other, height))
+            was, point = _is_at_limit(problem, a, biggest), points[active[a]]
+            point.is_new = point.is_new and was
+            found = found or point.is_new
+            stays = stays or (was and _is_at_limit(later, a, height))
         if found or not stays:
             return True, found
     return True, False
 
 
 @kernel
-def _go_ahead(asking: Asking, decision: Decision, count: int, k: int, share: float, event: Ahead) -> bool:
-    """Write the problem of the forces a fraction of the span later; return whether there is one."""
-    flags, motion = decision.flags, decision.motion
-    t, y, span, stop = event
-    now, problem, later = decision.now, decision.problem, decision.ahead
-    h, du, step, state = min(share * span, stop - t), motion[0], motion[1], decision.state
-    if not look(asking, decision, FREE_ACCELERATIONS, t, count):
+def _go_ahead(
+    asking: Asking, decision: Decision, taking: np.ndarray, active: np.ndarray, share: float, event: Event
+) -> bool:
+    """Write the problem of the forces a fraction of the span later, with those of now; return if it is known."""
+    problem, later, state = decision.problem, decision.ahead, decision.state
+    du, step = decision.motion[0], decision.motion[1]
+    h, free, k = min(share * event.span, event.stop - event.t), decision.motion.shape[1], len(active)
+    if not look(asking, decision, Look.FREE_ACCELERATIONS, event.t, taking):
         return False
-    free = len(du)
     first = asking.first_state - free
     for a in range(k):
-        for i in range(3):
-            for c in range(free):
-                du[c] += decision.vectors[X, 3 * a + i] * now.responses[3 * flags[ACTIVE, a] + i, c]
-    copy(y[: len(state)], state)
+        respond(decision, active[a], three(problem.x, 3 * a), du)
+    copy(event.y[: len(state)], state)
     for c in range(free):
-        step[c] = h * (y[first + c] + 0.5 * h * du[c])
-        state[first + c] = y[first + c] + h * du[c]
-    if not look(asking, decision, POINTS_LATER, t + h, count):
+        step[c] = h * (event.y[first + c] + 0.5 * h * du[c])
+        state[first + c] = event.y[first + c] + h * du[c]
+    if not look(asking, decision, Look.POINTS_LATER, event.t + h, taking):
         return False
+    put_problem(decision.later.G, active, later)
+    copy(problem.x[: 3 * k], later.x)
     for a in range(k):
-        p = flags[ACTIVE, a]
-        later.of_each[MU, a], later.of_each[LEAST, a] = problem.of_each[MU, a], problem.of_each[LEAST, a]
-        copy(problem.slips[a], later.slips[a])
-        for i in range(3):
-            later.b[3 * a + i] = decision.later.b[3 * p + i]
-            for b in range(k):
-                for j in range(3):
-                    later.G[3 * a + i, 3 * b + j] = decision.later.G[3 * p + i, 3 * flags[ACTIVE, b] + j]
+        copy(problem.each[a], later.each[a])
+        put_three(later.b, 3 * a, three(decision.later.b, 3 * active[a]))
     return True
 
 
 @kernel
-def _turn(asking: Asking, decision: Decision, count: int, k: int, event: Ahead) -> bool:
+def _turn(asking: Asking, decision: Decision, taking: np.ndarray, active: np.ndarray, event: Event) -> bool:
     """Write the rates of the directions of slips that begin, in the axes of the surfaces; return if they are known."""
-    flags, vectors, directions = decision.flags, decision.vectors, decision.directions
-    directions[TURNING][:, :] = 0.0
-    is_any, later, other, h = (
-        False,
-        decision.ahead,
-        vectors[OTHER],
-        min(AHEAD[-1] * event[2], event[3] - event[0]),
-    )
-    for a in range(k):
-        is_any = is_any or flags[BEGINS, a] != 0
+    points, later, is_any = points_of(decision), decision.ahead, False
+    h = min(AHEAD[-1] * event.span, event.stop - event.t)
+    for p in taking:
+        points[p].turning = ZERO
+        is_any = is_any or points[p].begins
     if not is_any or h <= 0.0:
         return True
-    if not _go_ahead(asking, decision, count, k, AHEAD[-1], event):
+    if not _go_ahead(asking, decision, taking, active, AHEAD[-1], event):
         return False
-    for a in range(k):
-        if flags[BEGINS, a] != 0:
-            later.slips[a, 0] = later.slips[a, 1] = np.nan
-    copy(vectors[X][: 3 * k], other)
-    if not solve(asking, True, k, OTHER, True):
+    for a in range(len(active)):
+        if points[active[a]].begins:
+            let_choose(Cones(later.each)[a])
+    if not solve(asking.solving_ahead, later, len(active), True):
         return True
-    for a in range(k):
-        size = np.hypot(other[3 * a + 1], other[3 * a + 2])
-        if flags[BEGINS, a] != 0 and size > 0.0:
-            p, slip = flags[ACTIVE, a], decision.problem.slips[a]
-            before = on_surface(decision.now, p, slip[0], slip[1])
-            after = on_surface(decision.later, p, -other[3 * a + 1] / size, -other[3 * a + 2] / size)
-            for c in range(3):
-                directions[TURNING, p, c] = (after[c] - before[c]) / h
+    for a in range(len(active)):
+        p, force = active[a], three(later.x, 3 * a)
+        size = np.hypot(force.y, force.z)
+        if points[p].begins and size > 0.0:
+            slip = Cones(decision.problem.each)[a]
+            before = on_surface(decision.now, p, slip.along, slip.across)
+            points[p].turning = (1.0 / h) * (on_surface(decision.later, p, -force.y / size, -force.z / size) - before)
     return True
 
 
-@inlined
-def on_surface(moment: Moment, p: int, along: float, across: float) -> Numbers:
-    """Return a direction along a surface in its axes, from its parts along both directions at a point."""
-    first, second = times(along, vector(moment.met, p, MET.first)), times(across, vector(moment.met, p, MET.second))
-    return rotated_back(matrix(moment.axes, p, 0), plus(first, second))
-
-
 @kernel
-def _follow(asking: Asking, decision: Decision, k: int) -> bool:
+def _follow(asking: Asking, decision: Decision, active: np.ndarray) -> int:
     """Write the forces, with slips that begin against the friction of what is free to choose its direction.
 
     That is known also where it is all but balanced, and accelerations are the difference of large numbers. Returns
-    whether there are forces: in Painleve's paradox there are none, or several.
+    why there are no forces: in Painleve's paradox there are none, or several.
     """
-    flags, vectors, directions = decision.flags, decision.vectors, decision.directions
-    problem, other, is_any = decision.problem, vectors[OTHER], False
+    problem, k, drawn = decision.problem, len(active), -1
+    _begin_slips(asking, decision, active)
     for a in range(k):
-        if flags[BEGINS, a] != 0:
-            is_any = True
-            copy(problem.slips[a], directions[FOUND, a])
-            problem.slips[a, 0] = problem.slips[a, 1] = np.nan
-    if is_any:
-        is_free = solve(asking, False, k, OTHER, False)
-        for a in range(k):
-            if flags[BEGINS, a] != 0:
-                size = np.hypot(other[3 * a + 1], other[3 * a + 2]) if is_free else 0.0
-                for c in range(2):
-                    problem.slips[a, c] = -other[3 * a + 1 + c] / size if size > 0.0 else directions[FOUND, a, c]
-    for a in range(k):
-        if is_given(problem, a):
-            row, at = problem.G[3 * a], 3 * a
-            rubbed = row[at + 1] * problem.slips[a, 0] + row[at + 2] * problem.slips[a, 1]
-            if row[at] - problem.of_each[MU, a] * rubbed <= NOT_DETERMINED * row[at]:
-                return False
-    if not solve(asking, False, k, X, False):
-        return False
-    x, noise = vectors[X], 0.0
-    for a in range(k):
-        own = decision.now.G[3 * flags[ACTIVE, a], 3 * flags[ACTIVE, a]]
+        cone, own = Cones(problem.each)[a], block(problem.G, a, a).T.x
+        if slips_along(cone) and own.x - cone.mu * (own.y * cone.along + own.z * cone.across) <= NOT_DETERMINED * own.x:
+            drawn = a if drawn < 0 else drawn
+    is_found = solve(asking.solving, problem, k, False)
+    if not is_found and (drawn < 0 or k > 1):
+        return NO_FORCES
+    if not is_found or drawn >= 0:
+        decision.alone[0] = active[drawn]
+        return PARADOX
+    noise = 0.0
+    for p in active:
+        own = decision.now.G[3 * p, 3 * p]
         if own > 0.0:
-            noise = max(noise, ROUND_OFF_OF_ACCELERATIONS * decision.now.accelerated[flags[ACTIVE, a]] / own)
-    if largest_of(x, 3 * k) <= noise:  # what falls freely presses on nothing
-        x[: 3 * k] = 0.0
-    return True
+            noise = max(noise, ROUND_OFF_OF_ACCELERATIONS * decision.now.accelerated[p] / own)
+    if largest_of(problem.x, 3 * k) <= noise:  # what falls freely presses on nothing
+        problem.x[: 3 * k] = 0.0
+    return FOUND
+
+
+@kernel
+def _begin_slips(asking: Asking, decision: Decision, active: np.ndarray) -> None:
+    """Let slips begin against the friction of what is free to choose its direction."""
+    points, problem, is_any = points_of(decision), decision.problem, False
+    for a in range(len(active)):
+        point, cone = points[active[a]], Cones(problem.each)[a]
+        if point.begins:
+            point.along, point.across, is_any = cone.along, cone.across, True
+            let_choose(cone)
+    if not is_any:
+        return
+    is_free = solve(asking.solving, problem, len(active), False)
+    for a in range(len(active)):
+        point, cone, force = points[active[a]], Cones(problem.each)[a], three(problem.x, 3 * a)
+        size = np.hypot(force.y, force.z) if is_free else 0.0
+        if point.begins:
+            cone.along = -force.y / size if size > 0.0 else point.along
+            cone.across = -force.z / size if size > 0.0 else point.across

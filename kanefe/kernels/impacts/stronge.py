@@ -1,6 +1,19 @@
-"""The impulse of an impact at one contact by Stronge's law: see `kanefe.kane.rigid_contacts.stronge`."""
+"""The impulse of an impact at one contact by Stronge's law: friction followed through it, restitution of energy.
+
+With p the normal impulse so far and ``s = v_T / |v_T|``,
+
+    dv/dp = G (1, -mu s)  of what slips,    v_T = 0 as long as friction can hold it,    dU/dp = -v_N
+
+U is stored while v_N < 0; where that ends, ``e^2`` of what came in is left, and the impact ends where that is given
+back. So it takes ``(1 - e^2)`` of the energy stored and the work of friction, and never gives any (W. J. Stronge, Proc.
+R. Soc. Lond. A 431 (1990) 169-181; "Impact Mechanics", 2000, chapters 4 and 5). In space a slip turns: then
+``dp = |v_T| dx`` keeps the equations of its direction regular up to its end (the hodograph: J. A. Batlle, J. Appl.
+Mech. 63 (1996) 168-172).
+"""
 
 from __future__ import annotations
+
+from enum import IntEnum
 
 import numpy as np
 
@@ -9,118 +22,171 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import HOLDING, OF_POINT
 from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, SETTLED, STRAIGHT_SLIP, WEAK
-
-OF_NORMAL, OF_SIZE, OF_ANGLE, OF_P, OF_STORED = 0, 1, 2, 3, 6
-"""Places of a slip that turns: normal speed, logarithm and angle of the slip, three impulses, stored energy."""
-TURNING_NUMBERS = 7
-
-STATE, TRIED = 7, 8
-TURNING_ROWS = 9
-"""Rows of the memory of a slip that turns, after those of the stages of a step."""
+from kanefe.kernels.values.records import Record, Rows
+from kanefe.kernels.values.tensors import Symmetric, Vector
 
 FIRST_TURN, MOST_STEPS, HALVINGS = 0.1, 20000, 60
 """First angle of a slip that turns, rad; largest number of steps, of which some hundreds are common; and number of
 halvings that find where it ends."""
 
-GOES_ON, STOPS, TURNS, ENDS, FAILS = range(5)
-"""Numbers of what a slip that turns comes to: its end, that of loading or unloading, that of the impact."""
 
-Six = tuple[float, float, float, float, float, float]
-"""Responses to unit impulses: nn, n1, n2, 11, 12, 22."""
+class Ending(IntEnum):
+    """What a slip comes to: its end, that of loading or unloading, that of the impact."""
+
+    GOES_ON = 0
+    STOPS = 1
+    TURNS = 2
+    ENDS = 3
+    FAILS = 4
+
+
+class Blow(Record):
+    """An impact of one contact, in units of its largest rate and of what a normal impulse does.
+
+    Attributes
+    ----------
+    rubs : bool
+        Whether it has friction.
+    loads, is_held : bool
+        Whether it is pressed together, and whether friction holds it.
+    G : Symmetric
+        What unit impulses do to the rates.
+    first, v : Vector
+        Rates before it, and by now.
+    p : Vector
+        Impulse so far; on return, N s.
+    mu : float
+        Friction of what slips.
+    stored, kept : float
+        Energy that is stored, and that was before it was pressed together again.
+    unit : float
+        Of rates, m/s.
+    closely : float
+        Error of a step, relative to the numbers of a slip that turns.
+    """
+
+    rubs: bool
+    loads: bool
+    is_held: bool
+    G: Symmetric
+    first: Vector
+    v: Vector
+    p: Vector
+    mu: float
+    stored: float
+    kept: float
+    unit: float
+    closely: float
+
+
+TURNING_ROWS = 9
+"""Number of rows of `Turns`."""
+
+
+class Turned(Record):
+    """A slip that turns: normal speed, logarithm and angle of the slip, impulse, stored energy; or their rates."""
+
+    normal: float
+    size: float
+    angle: float
+    p: Vector
+    stored: float
+
+
+Turns = Rows[Turned]
+"""Rates at the stages of a step; then, last, where it begins and where it leads."""
 
 
 @kernel
-def strike_one(
-    G: Six, rates: tuple[float, float, float], numbers: np.ndarray, rubs: bool, closely: float, work: np.ndarray
-) -> tuple[bool, float, float, float]:
-    """Return whether an impact at a contact ends, and its impulses.
+def strike_one(blow: Blow, numbers: np.ndarray, turned: np.ndarray) -> bool:
+    """Write the impulse of an impact at a contact; return whether it ends, which round-off alone can prevent.
 
     Parameters
     ----------
-    G : tuple of 6 floats
-    rates : tuple of 3 floats
-        m/s.
+    blow : Blow
+        With G, rates `first` (m/s), `rubs` and `closely`.
     numbers : ndarray, shape (POINT_CONSTANTS,)
         Of the point.
-    rubs : bool
-        Whether it has friction.
-    closely : float
-        Error of a step, relative to the numbers of a slip that turns.
-    work : ndarray, shape (TURNING_ROWS, TURNING_NUMBERS)
+    turned : ndarray
+        `Turns`.
     """
-    size, unit = max(abs(rates[0]), max(abs(rates[1]), abs(rates[2]))), G[0]
-    if size == 0.0 or unit <= 0.0:
-        return True, 0.0, 0.0, 0.0
-    A = (1.0, G[1] / unit, G[2] / unit, G[3] / unit, G[4] / unit, G[5] / unit)
-    f0, f1, f2, e = rates[0] / size, rates[1] / size, rates[2] / size, numbers[OF_POINT.restitution]
-    v0, v1, v2, p0, p1, p2, stored, kept, loads = f0, f1, f2, 0.0, 0.0, 0.0, 0.0, 0.0, True
-    holding = numbers[HOLDING] if rubs else 0.0
+    size, by = max(abs(blow.first.x), max(abs(blow.first.y), abs(blow.first.z))), blow.G.full.x.x
+    blow.p, blow.stored, blow.kept, blow.loads, blow.unit = Vector(0.0, 0.0, 0.0), 0.0, 0.0, True, size
+    if size == 0.0 or by <= 0.0:
+        return True
+    blow.G, blow.first = (1.0 / by) * blow.G, (1.0 / size) * blow.first
+    blow.v = blow.first
     for _ in range(BRANCHES):
-        slip = np.hypot(v1, v2)
-        rests = slip <= IMPACT_ENDS
-        x1, x2, mu, is_held = 0.0, 0.0, 0.0, False
-        if holding > 0.0 and rests:
-            is_held, x1, x2 = _held_by(A, holding)
-            if not is_held:
-                _, x1, x2 = _held_by(A, steady_coefficient(numbers, OF_POINT.friction, 0.0))
-        elif holding > 0.0:
-            mu = steady_coefficient(numbers, OF_POINT.friction, size * slip)
-            x1, x2 = -mu * v1 / slip, -mu * v2 / slip
-        c, a1, a2 = A[0] + A[1] * x1 + A[2] * x2, A[1] + A[3] * x1 + A[4] * x2, A[2] + A[4] * x1 + A[5] * x2
-        unit_impulse = size / unit
-        if loads and v0 >= 0.0 and c >= 0.0:
-            # where loading ends with a slip, as in what moves in one way alone, round-off decides which is first
-            is_pressed = stored > kept
-            if is_pressed:
-                v0, loads, stored = 0.0, False, kept + e * e * (stored - kept)
-            if not is_pressed or stored <= 0.0:
-                return True, unit_impulse * p0, unit_impulse * p1, unit_impulse * p2
-        across = 0.0 if rests else abs(v1 * a2 - v2 * a1) / slip
-        if holding == 0.0 or across <= STRAIGHT_SLIP * (1.0 + abs(a1) + abs(a2)):
-            slowing = 0.0 if rests or holding == 0.0 else (a1 * v1 + a2 * v2) / slip
-            step, found, stops = _straight(loads, v0, c, stored, slip, slowing)
-            if found == FAILS:
-                return False, 0.0, 0.0, 0.0
-            p0, p1, p2 = p0 + step, p1 + step * x1, p2 + step * x2
-            stored -= step * (v0 + 0.5 * c * step)
-            stops = is_held or stops
+        slip = np.hypot(blow.v.y, blow.v.z)
+        push = _rubbed(blow, numbers, slip)
+        gains = blow.G @ push
+        # where loading ends with a slip, as in what moves in one way alone, round-off decides which is first
+        is_over = blow.loads and blow.v.x >= 0.0 and gains.x >= 0.0
+        if is_over and (blow.stored <= blow.kept or _turn_round(blow, numbers)):
+            break
+        across = 0.0 if slip <= IMPACT_ENDS else abs(blow.v.y * gains.z - blow.v.z * gains.y) / slip
+        if blow.mu == 0.0 or across <= STRAIGHT_SLIP * (1.0 + abs(gains.y) + abs(gains.z)):
+            found, stops = _go_straight(blow, push, gains, slip)
         else:
-            state = work[STATE]
-            state[OF_NORMAL], state[OF_SIZE], state[OF_ANGLE] = v0, np.log(slip), np.arctan2(v2, v1)
-            state[OF_P], state[OF_P + 1], state[OF_P + 2], state[OF_STORED] = p0, p1, p2, stored
-            found = _turn(A, mu, loads, closely, work)
-            if found == FAILS:
-                return False, 0.0, 0.0, 0.0
-            p0, p1, p2, stored = state[OF_P], state[OF_P + 1], state[OF_P + 2], state[OF_STORED]
-            stops = found == STOPS
-        v0 = f0 + A[0] * p0 + A[1] * p1 + A[2] * p2
-        v1 = 0.0 if stops else f1 + A[1] * p0 + A[3] * p1 + A[4] * p2
-        v2 = 0.0 if stops else f2 + A[2] * p0 + A[4] * p1 + A[5] * p2
-        if found == ENDS:
-            return True, unit_impulse * p0, unit_impulse * p1, unit_impulse * p2
-        if found == TURNS:
-            v0 = 0.0
-            if loads:
-                stored = kept + e * e * (stored - kept)
-            else:
-                kept = stored
-            loads = not loads
-            if not loads and stored <= 0.0:
-                return True, unit_impulse * p0, unit_impulse * p1, unit_impulse * p2
-    return False, 0.0, 0.0, 0.0
+            found = _turn(blow, slip, turned)
+            stops = found == Ending.STOPS
+        if found == Ending.FAILS:
+            return False
+        v = blow.first + blow.G @ blow.p
+        blow.v = Vector(v.x, 0.0, 0.0) if stops else v
+        if found == Ending.ENDS or (found == Ending.TURNS and _turn_round(blow, numbers)):
+            break
+    else:
+        return False
+    blow.p = (size / by) * blow.p
+    return True
 
 
 @inlined
-def _held_by(A: Six, mu: float) -> tuple[bool, float, float]:
-    """Return whether friction holds a contact at rest, and the friction for a unit of its normal force."""
-    mean, half, b = 0.5 * (A[3] + A[5]), 0.5 * (A[3] - A[5]), A[4]
+def _turn_round(blow: Blow, numbers: np.ndarray) -> bool:
+    """Change from loading to unloading or back, where that is not the end; return whether it is."""
+    blow.v = Vector(0.0, blow.v.y, blow.v.z)
+    if blow.loads:
+        blow.stored = blow.kept + numbers[OF_POINT.restitution] ** 2 * (blow.stored - blow.kept)
+    else:
+        blow.kept = blow.stored
+    blow.loads = not blow.loads
+    return not blow.loads and blow.stored <= 0.0
+
+
+@inlined
+def _rubbed(blow: Blow, numbers: np.ndarray, slip: float) -> Vector:
+    """Return the impulse for a unit of the normal one, and write the friction of what slips, 0 of what does not."""
+    blow.mu, blow.is_held, holding = 0.0, False, numbers[HOLDING] if blow.rubs else 0.0
+    if holding == 0.0:
+        return Vector(1.0, 0.0, 0.0)
+    if slip > IMPACT_ENDS:
+        blow.mu = mu = steady_coefficient(numbers, OF_POINT.friction, blow.unit * slip)
+        return Vector(1.0, -mu * blow.v.y / slip, -mu * blow.v.z / slip)
+    is_held, push = held_by(blow.G, holding)
+    blow.is_held = is_held
+    if not is_held:
+        _, push = held_by(blow.G, steady_coefficient(numbers, OF_POINT.friction, 0.0))
+    return push
+
+
+@inlined
+def held_by(G: Symmetric, mu: float) -> tuple[bool, Vector]:
+    """Return whether friction holds a contact at rest, and the impulse for a unit of the normal one.
+
+    What cannot hold it is on the cone, against the slip that it leaves: the least of
+    ``x G_TT x / 2 + G_TN x`` with ``|x| <= mu``, of which there is one.
+    """
+    A = G.full
+    mean, half, b = 0.5 * (A.y.y + A.z.z), 0.5 * (A.y.y - A.z.z), A.y.z
     spread = np.hypot(half, b)
     first, second = mean + spread, max(mean - spread, 0.0)
     turn = 0.5 * np.arctan2(b, half)
     x, y = np.cos(turn), np.sin(turn)
-    b1, b2 = x * A[1] + y * A[2], x * A[2] - y * A[1]
-    free1 = -b1 / first if first > WEAK else 0.0
-    free2 = -b2 / second if second > WEAK else 0.0
+    b1, b2 = x * A.x.y + y * A.x.z, x * A.x.z - y * A.x.y
+    weak = WEAK * A.x.x
+    free1 = -b1 / first if first > weak else 0.0
+    free2 = -b2 / second if second > weak else 0.0
     is_held = np.hypot(free1, free2) <= mu
     if not is_held:
         free1 = free2 = 0.0
@@ -134,106 +200,129 @@ def _held_by(A: Six, mu: float) -> tuple[bool, float, float]:
                     high = middle
                 middle = 0.5 * (low + high)
             free1, free2 = -b1 / (first + high), -b2 / (second + high)
-    return is_held, x * free1 - y * free2, y * free1 + x * free2
+    return is_held, Vector(1.0, x * free1 - y * free2, y * free1 + x * free2)
 
 
 @inlined
-def _straight(loads: bool, v: float, c: float, stored: float, slip: float, slowing: float) -> tuple[float, int, bool]:
+def _go_straight(blow: Blow, push: Vector, gains: Vector, slip: float) -> tuple[Ending, bool]:
+    """Go on to what ends a slip in one direction, or rest; return what that is, and whether nothing slips then."""
+    slowing = (gains.y * blow.v.y + gains.z * blow.v.z) / slip if blow.mu > 0.0 else 0.0
+    step, found, stops = _straight(blow, blow.v.x, gains.x, blow.stored, slip, slowing)
+    if found != Ending.FAILS:
+        blow.stored -= step * (blow.v.x + 0.5 * gains.x * step)
+        blow.p += step * push
+    return found, blow.is_held or stops
+
+
+@kernel
+def _straight(blow: Blow, v: float, c: float, stored: float, slip: float, slowing: float) -> tuple[float, Ending, bool]:
     """Return the impulse up to the end of a slip in one direction, what that is, and whether the slip stops there."""
     to_stop, to_turn, is_end = slip / -slowing if slowing < 0.0 else np.inf, np.inf, False
-    if loads:
+    if blow.loads:
         to_turn = -v / c if c > 0.0 else np.inf
     else:
         root = v * v + 2.0 * c * stored
         is_end = root >= 0.0
         to_turn = 2.0 * stored / (v + np.sqrt(root)) if is_end else -v / c
-    found = STOPS if to_stop < to_turn else ENDS if is_end else TURNS
+    found = Ending.STOPS if to_stop < to_turn else Ending.ENDS if is_end else Ending.TURNS
     step = min(to_stop, to_turn)
-    return step, found if step < np.inf else FAILS, to_stop <= to_turn
+    return step, found if step < np.inf else Ending.FAILS, to_stop <= to_turn
 
 
 @kernel
-def _settled(A: Six, mu: float, loads: bool, closely: float, work: np.ndarray) -> int:
+def _turn(blow: Blow, slip: float, turned: np.ndarray) -> Ending:
+    """Follow a slip that turns to what ends it, in steps of Dormand and Prince; return what that is."""
+    turns = Turns(turned)
+    state, tried, h = turns[len(turns) - 2], turns[len(turns) - 1], FIRST_TURN
+    state.normal, state.size, state.angle = blow.v.x, np.log(slip), np.arctan2(blow.v.z, blow.v.y)
+    state.p, state.stored = blow.p, blow.stored
+    found = Ending.FAILS
+    for _ in range(MOST_STEPS):
+        error = _step(blow, h, turned) / blow.closely
+        if not error <= 1.0:
+            h *= max(0.2, 0.9 * error**-0.2) if error < np.inf else 0.2
+            continue
+        found = _passed(tried, blow.loads)
+        if found != Ending.GOES_ON:
+            found = _halve(blow, h, turned)
+        copy(turned[len(turned) - 1], turned[len(turned) - 2])
+        if found == Ending.GOES_ON:
+            found = _settled(blow, turned)
+        if found != Ending.GOES_ON:
+            break
+        found = Ending.FAILS
+        h *= min(5.0, 0.9 * max(error, 1e-10) ** -0.2)
+    blow.p, blow.stored = state.p, state.stored
+    return found
+
+
+@kernel
+def _halve(blow: Blow, h: float, turned: np.ndarray) -> Ending:
+    """Write a step, of at most h, to what ends a slip that turns; return what that is."""
+    low, high, tried = 0.0, h, Turns(turned)[len(turned) - 1]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        _step(blow, middle, turned)
+        if _passed(tried, blow.loads) != Ending.GOES_ON:
+            high = middle
+        else:
+            low = middle
+    _step(blow, high, turned)
+    return _passed(tried, blow.loads)
+
+
+@kernel
+def _settled(blow: Blow, turned: np.ndarray) -> Ending:
     """Follow a slip that no longer turns to what ends it, if it does not: of its steps there could be any number.
 
     Where what is left of its rates is their error, as of a point that moves along one line alone, nothing ends it.
     """
-    state, rates = work[STATE], work[0]
-    _put_rates(A, mu, state, rates)
-    error = SETTLED * closely * (1.0 + mu) * (A[0] + abs(A[1]) + abs(A[2]) + A[3] + 2.0 * abs(A[4]) + A[5])
-    if abs(rates[OF_ANGLE]) > error:
-        return GOES_ON
-    x, z = np.cos(state[OF_ANGLE]), np.sin(state[OF_ANGLE])
-    slope = -rates[OF_SIZE] - mu * (A[3] * z * z - 2.0 * A[4] * x * z + A[5] * x * x)
+    turns, A, mu = Turns(turned), blow.G.full, blow.mu
+    rates, state = turns[0], turns[len(turns) - 2]
+    _put_rates(blow, state, rates)
+    sizes = A.x.x + abs(A.x.y) + abs(A.x.z) + A.y.y + 2.0 * abs(A.y.z) + A.z.z
+    error = SETTLED * blow.closely * (1.0 + mu) * sizes
+    if abs(rates.angle) > error:
+        return Ending.GOES_ON
+    x, z = np.cos(state.angle), np.sin(state.angle)
+    slope = -rates.size - mu * (A.y.y * z * z - 2.0 * A.y.z * x * z + A.z.z * x * x)
     if slope < 0.0:  # to where it is bound: a step of Newton's method
-        state[OF_ANGLE] -= rates[OF_ANGLE] / slope
-        _put_rates(A, mu, state, rates)
-    slip = np.exp(state[OF_SIZE])
-    c, slowing = rates[OF_NORMAL] / slip, rates[OF_SIZE]
+        state.angle -= rates.angle / slope
+        _put_rates(blow, state, rates)
+    slip = np.exp(state.size)
+    c, slowing = rates.normal / slip, rates.size
     if abs(c) <= error and abs(slowing) <= error:
-        return FAILS
-    step, found, _ = _straight(loads, state[OF_NORMAL], c, state[OF_STORED], slip, slowing)
-    if found != FAILS:
-        state[OF_STORED] -= step * (state[OF_NORMAL] + 0.5 * c * step)
-        for i in range(3):
-            state[OF_P + i] += step * rates[OF_P + i] / slip
+        return Ending.FAILS
+    step, found, _ = _straight(blow, state.normal, c, state.stored, slip, slowing)
+    if found != Ending.FAILS:
+        state.stored -= step * (state.normal + 0.5 * c * step)
+        state.p += (step / slip) * rates.p
     return found
 
 
-@kernel
-def _turn(A: Six, mu: float, loads: bool, closely: float, work: np.ndarray) -> int:
-    """Follow a slip that turns to what ends it, in steps of Dormand and Prince; return what that is."""
-    state, tried, h = work[STATE], work[TRIED], FIRST_TURN
-    for _ in range(MOST_STEPS):
-        error = _step(A, mu, h, work) / closely
-        if not error <= 1.0:
-            h *= max(0.2, 0.9 * error**-0.2) if error < np.inf else 0.2
-            continue
-        found = _passed(tried, loads)
-        if found != GOES_ON:
-            low, high = 0.0, h
-            for _ in range(HALVINGS):
-                middle = 0.5 * (low + high)
-                _step(A, mu, middle, work)
-                if _passed(tried, loads) != GOES_ON:
-                    high = middle
-                else:
-                    low = middle
-            _step(A, mu, high, work)
-            found = _passed(tried, loads)
-        copy(tried, state)
-        if found == GOES_ON:
-            found = _settled(A, mu, loads, closely, work)
-        if found != GOES_ON:
-            return found
-        h *= min(5.0, 0.9 * max(error, 1e-10) ** -0.2)
-    return FAILS
-
-
 @inlined
-def _passed(y: np.ndarray, loads: bool) -> int:
+def _passed(y: Turned, loads: bool) -> Ending:
     """Return what a slip that turns has come to."""
-    found = GOES_ON
-    if y[OF_SIZE] <= np.log(IMPACT_ENDS):
-        found = STOPS
+    found = Ending.GOES_ON
+    if y.size <= np.log(IMPACT_ENDS):
+        found = Ending.STOPS
     elif loads:
-        found = TURNS if y[OF_NORMAL] >= 0.0 else GOES_ON
-    elif y[OF_STORED] <= 0.0:
-        found = ENDS
-    elif y[OF_NORMAL] < 0.0:
-        found = TURNS
+        found = Ending.TURNS if y.normal >= 0.0 else Ending.GOES_ON
+    elif y.stored <= 0.0:
+        found = Ending.ENDS
+    elif y.normal < 0.0:
+        found = Ending.TURNS
     return found
 
 
 @inlined
-def _put_rates(A: Six, mu: float, y: np.ndarray, rates: np.ndarray) -> None:
+def _put_rates(blow: Blow, y: Turned, rates: Turned) -> None:
     """Write the rates of a slip that turns over its logarithm."""
-    speed, x, z = np.exp(y[OF_SIZE]), np.cos(y[OF_ANGLE]), np.sin(y[OF_ANGLE])
-    a1, a2 = A[1] - mu * (A[3] * x + A[4] * z), A[2] - mu * (A[4] * x + A[5] * z)
-    rates[OF_NORMAL] = speed * (A[0] - mu * (A[1] * x + A[2] * z))
-    rates[OF_SIZE], rates[OF_ANGLE] = a1 * x + a2 * z, a2 * x - a1 * z
-    rates[OF_P], rates[OF_P + 1], rates[OF_P + 2] = speed, -mu * speed * x, -mu * speed * z
-    rates[OF_STORED] = -speed * y[OF_NORMAL]
+    speed, x, z = np.exp(y.size), np.cos(y.angle), np.sin(y.angle)
+    push = Vector(1.0, -blow.mu * x, -blow.mu * z)
+    gains = blow.G @ push
+    rates.normal, rates.size, rates.angle = speed * gains.x, gains.y * x + gains.z * z, gains.z * x - gains.y * z
+    rates.p, rates.stored = speed * push, -speed * y.normal
 
 
 STAGES = (
@@ -250,19 +339,19 @@ ERRORS = 71 / 57600, 0.0, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 
 
 
 @kernel
-def _step(A: Six, mu: float, h: float, work: np.ndarray) -> float:
+def _step(blow: Blow, h: float, turned: np.ndarray) -> float:
     """Write a step; return its error relative to the numbers, from 1 on."""
-    state, tried, worst = work[STATE], work[TRIED], 0.0
+    turns, state, tried, worst = Turns(turned), turned[len(turned) - 2], turned[len(turned) - 1], 0.0
     for i in range(7):
-        for n in range(TURNING_NUMBERS):
+        for n in range(len(tried)):
             tried[n] = state[n]
             for j in range(i):
-                tried[n] += h * STAGES[i][j] * work[j, n]
-        _put_rates(A, mu, tried, work[i])
-    for n in range(TURNING_NUMBERS):
+                tried[n] += h * STAGES[i][j] * turned[j, n]
+        _put_rates(blow, turns[len(turns) - 1], turns[i])
+    for n in range(len(tried)):
         error = 0.0
         for i in range(7):
-            error += h * ERRORS[i] * work[i, n]
+            error += h * ERRORS[i] * turned[i, n]
         size = abs(error) / (1.0 + abs(tried[n]))
         worst = size if size > worst or np.isnan(size) else worst
     return worst

@@ -10,7 +10,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.linear.equilibrium.overflow import check_accelerations
 from kanefe.linear.equilibrium.stiffness import (
     along_neutral,
@@ -225,8 +224,7 @@ class BalanceSearch:
         if not self.model.is_constrained:
             return q, u
         if self.model.rigid_contacts:  # the compiled route closes loops alone
-            q = project_positions(self.model, self.t, q)
-            return q, project_speeds(self.model, self.t, q, u)
+            return self.model.literal.closed(self.t, q, u)
         return closed(self.model, self.t, q, u)
 
     def _iterate(self, start: tuple[Vector, Vector], settles: bool) -> tuple[tuple[Vector, Vector], Imbalance]:

@@ -9,7 +9,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.state import State
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.state import at_rest
 from kanefe.linear.tangents import contact_depths
@@ -57,7 +56,7 @@ def continued(
     def yields(depth: float) -> Model:
         return model if yielding is None else yielding(depth)
 
-    depths = contact_depths(State(yields(SOFTEST * length), t, q, u))
+    depths = contact_depths(yields(SOFTEST * length).literal.at(t, q, u))
     farthest = max((-max(probes) for probes in depths), default=0.0)
     softness = max(SOFTEST, farthest / FAR / length)
     failures, unmoved = 0, 0

@@ -12,13 +12,10 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.equations.given_state import knows_states
 from kanefe.equations.model import Model
+from kanefe.equations.unstiffened import warn_of_axial_forces
 from kanefe.errors import AccuracyWarning, ModelError, SimulationError, SimulationWarning, outside
 from kanefe.frames import Vector, numbers
 from kanefe.instants.missed_statics import warn_of_missed
-from kanefe.kane.bearing_loads import with_consistent_loads
-from kanefe.kane.loop_closure import project_positions
-from kanefe.kane.state import State
-from kanefe.kane.unstiffened import warn_of_axial_forces
 from kanefe.linear.azimuth import moved_on, times_ahead
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.equilibrium.overflow import check_loads
@@ -141,8 +138,8 @@ def balanced(
     model, q = at_rest(falling, time, y), falling.parts(y)[0]
     begun = replace(model, initial_coordinates=q)
     if model.constraints and start is None:
-        q = project_positions(model, time, q)
-    check_loads(model, State(model, time, q))
+        q, _ = model.literal.closed(time, q, np.zeros(0))
+    check_loads(model, model.literal.at(time, q))
     u, found = _given_speeds(model, speeds or {}, find)
     if len(found) and model.is_constrained:
         raise ModelError(
@@ -263,7 +260,7 @@ def _under_its_loads(
     for _ in range(MOST_ROUNDS):
         search = BalanceSearch(model, t, q, u, found, held, slack=slack)
         q, u = state = settle(search)
-        z = with_consistent_loads(model, t, q, u, model.initial_states)
+        z = model.literal.with_consistent_loads(t, q, u)
         if np.allclose(z, model.initial_states, rtol=SAME_LOADS, atol=0.0):
             return model, search, state
         model = replace(model, initial_states=z)

@@ -6,28 +6,28 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
-from kanefe.kane.state import State
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.tree.load_names import named_loads
+from kanefe.tree.scene_state import SceneState
 
 LARGEST = 1e120
 """Force, moment or acceleration above which its square, with a stiffness or an inertia of 1e60 on it, overflows, in N,
 N m, m/s2 or rad/s2."""
 
 
-def check_loads(model: Model, state: State) -> None:
+def check_loads(model: Model, state: SceneState) -> None:
     """Raise a SimulationError that names a load whose value at a state is above `LARGEST`.
 
     What a load has nothing to tell of, or knows only from its start on, is no number.
     """
     for name, load in named_loads(model).items():
-        value = np.asarray(load.value(state.t, state), dtype=float)
+        value = np.asarray(load.value(state.time, state), dtype=float)
         if np.any(np.abs(value) > LARGEST):
-            raise _too_large(f"the load {name!r} is {np.nanmax(np.abs(value)):.3g}", state.t)
-    y = np.concatenate((state.q, state.u, state.z))
-    for number, wrenches in model.route.wrenches_of_loads(state.t, y).items() if model.loads else ():
+            raise _too_large(f"the load {name!r} is {np.nanmax(np.abs(value)):.3g}", state.time)
+    y, t = np.concatenate((state.q, state.u, state.z)), state.time
+    for number, wrenches in model.route.wrenches_of_loads(t, y).items() if model.loads else ():
         if np.any(np.abs(wrenches) > LARGEST):
-            raise _too_large(f"the load {model.loads[number].name!r} is {np.nanmax(np.abs(wrenches)):.3g} N", state.t)
+            raise _too_large(f"the load {model.loads[number].name!r} is {np.nanmax(np.abs(wrenches)):.3g} N", t)
 
 
 def check_accelerations(small: SmallMotions) -> None:

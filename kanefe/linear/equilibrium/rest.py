@@ -10,7 +10,6 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.instants.instant import Instant
-from kanefe.kane.state import State
 from kanefe.linear.imbalance import Imbalance
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.scene.targets import Named
@@ -112,7 +111,7 @@ class Equilibrium(Instant):
             return ()
         from kanefe.linear.equilibrium.rigid_rest import undetermined
 
-        return undetermined(State(self.model, self.time, self.q, self.u, self.z))
+        return undetermined(self.model.literal.at(self.time, self.q, self.u, self.z))
 
     def _contacts_in_words(self) -> list[str]:
         """Return a line for each contact."""

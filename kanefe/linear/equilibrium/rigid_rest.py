@@ -22,12 +22,13 @@ from kanefe.frames import Vector
 from kanefe.kane.constraints import held_rows, meetings, touching_rows
 from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
 from kanefe.kane.rigid_contacts.contact_shares import DEPENDENT, spare_forces
-from kanefe.kane.rigid_contacts.impacts import START, resolved
 from kanefe.kane.state import State
 from kanefe.kernels.contact.laws import Coulomb, KelvinVoigt
+from kanefe.kernels.impacts.contact_questions import START
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.equilibrium.dynamic_relaxation import NoRest, found_or_fallen
 from kanefe.linear.imbalance import force_sizes
+from kanefe.literal.route import LiteralRoute
 from kanefe.loads.base import Load
 from kanefe.tree.scales import scene_length, scene_weight
 
@@ -217,7 +218,8 @@ class _Rest:
         largest = max(found.normals.values(), default=0.0)
         if min(found.slip_margins.values(), default=0.0) >= -PULLED * largest:
             return set(), set()
-        z = resolved(state.model, self.t, np.concatenate((state.q, state.u, state.z)), START, 0.0).z
+        y = np.concatenate((state.q, state.u, state.z))
+        z = state.model.parts(LiteralRoute(state.model).asked_contacts(START, self.t, y).changed().y)[2]
         forces = {(force.contact, force.probe): force.friction for force in probe_forces(state)}
         slipping: set[Key] = set()
         loose: set[Key] = set()

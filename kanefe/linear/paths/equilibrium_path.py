@@ -11,7 +11,6 @@ from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.kane.state import State
 from kanefe.linear.equilibrium.equilibria import balanced
 from kanefe.linear.equilibrium.overflow import check_loads
 from kanefe.linear.paths.arc_length import Stop
@@ -137,7 +136,7 @@ def _followed(
     check_no_rigid_contacts(model, WHAT)
     _check_no_friction(model)
     raised, kept = chosen_loads(model, time, loads, WHAT)
-    check_loads(model, State(model, time, q))
+    check_loads(model, model.literal.at(time, q))
     loaded = LoadedScene(model, time, raised, abs(settings.to))
     y = np.concatenate((q, np.zeros(model.free_count), model.initial_states))
     rest = balanced(loaded.model_at(0.0), t=time, start=None if start is None else y)

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kanefe.equations.unstiffened import warn_of_axial_forces
 from kanefe.errors import AccuracyWarning, SimulationWarning, outside
 from kanefe.instants.missed_statics import warn_of_missed
-from kanefe.kane.unstiffened import warn_of_axial_forces
 from kanefe.linear.paths.path_settings import WHAT
 from kanefe.tree.bending import worst_bending
 from kanefe.tree.resolution import worst_resolution

@@ -17,9 +17,9 @@ from kanefe.kernels.tables import FlexibleTables, Loops, RigidPoints, Tables
 from kanefe.kernels.values.records import filled, room
 from kanefe.kernels.values.tensors import Matrix, Vector
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
-from kanefe.order_n.tables.rigid_point_tables import rigid_points
 from kanefe.order_n.tables.row_path_tables import row_paths
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.rigid_points import rigid_points
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
 if TYPE_CHECKING:
@@ -31,9 +31,9 @@ def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables)
     model = builder.model
     if not model.is_constrained:
         return no_loops()
-    from kanefe.kane.constraints import RANK_TOLERANCE
+    from kanefe.tree.row_rates import RANK_TOLERANCE
 
-    given, points = [(c, row) for c in model.constraints for row in c.rows], rigid_points(builder)
+    given, points = [(c, row) for c in model.constraints for row in c.rows], rigid_points(model, builder.marker_numbers)
     m, length = len(given) + 3 * len(points.places), scene_length(model)
     rows = np.zeros((m, ConstraintRow.integer_count), dtype=np.int64)
     numbers = np.zeros((m, ConstraintRow.number_count))

@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.frames import euler_parameters_from_matrices, rotation_matrices, rotation_vectors
-from kanefe.kane.run_forces import LiteralForces
+from kanefe.literal.run_forces import LiteralForces
 from kanefe.loads.functions import CompiledCallback
 from kanefe.tree.neighbours import parts_of
 from kanefe.views.player import page

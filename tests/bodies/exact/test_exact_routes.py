@@ -16,9 +16,9 @@ import kanefe_fem as fem
 from exact_lines import BASES, coupled_section, random_beam
 from kanefe.bodies.exact.beam import ExactBeam
 from kanefe.equations.model import Model
-from kanefe.kane.route import LiteralRoute
-from kanefe.kane.tangents import constant_tangents
+from kanefe.literal.route import LiteralRoute
 from kanefe.tree.model_data import QUADRATURES
+from kanefe.tree.tangents import constant_tangents
 
 T = 0.37
 SAME = 1e-10

@@ -12,10 +12,11 @@ from kanefe.equations.model import Model
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels
 from kanefe.integrate.run_checks.contact_check import StepsChecked
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kane.rigid_contacts.time_stepping import Stepped, stepped
-from kanefe.kernels.impacts.march import BROKEN, DONE, LEFT, TOLD
+from kanefe.kernels.impacts.march import BROKEN, DONE, LEFT, Told
+from kanefe.literal.impact_steps import stepped
 from kanefe.order_n.impact_steps import ImpactSteps
 from kanefe.order_n.route import OrderN
+from kanefe.tree.contact_steps import Stepped
 from kanefe.tree.model_data import QUADRATURES
 from rigid_scenes import rigid_scene, rigid_state
 from scenes import lattice_body
@@ -27,7 +28,7 @@ FAR = 1e9  # m: nothing counts as too deep
 
 def free_steps(model: Model) -> ImpactSteps:
     """Return compiled steps that do not mind how deep a random state begins."""
-    steps = model.route.impact_steps(np.zeros(TOLD), FAR, bends_in_kernels([], 0))
+    steps = model.route.impact_steps(np.zeros(Told.number_count), FAR, bends_in_kernels([], 0))
     assert isinstance(steps, ImpactSteps)
     return steps
 

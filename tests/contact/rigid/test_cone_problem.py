@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from kanefe.contact.rigid.cone import Cones, residual, solved
+from contact_conditions import ConeProblem, left_of, solved
 
 
-def problem(seed: int, contacts: int, speeds: int) -> Cones:
+def problem(seed: int, contacts: int, speeds: int) -> ConeProblem:
     """Return contacts of a random mechanism; more of them than speeds: their rows depend on each other."""
     rng = np.random.default_rng(seed)
     J = rng.standard_normal((3 * contacts, speeds))
     b = J @ rng.standard_normal(speeds)
     mu = rng.uniform(0.0, 1.0, contacts)
-    return Cones(J @ J.T, b, mu, np.zeros(contacts), np.full((contacts, 2), np.nan))
+    return ConeProblem(J @ J.T, b, mu, np.zeros(contacts), np.full((contacts, 2), np.nan))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -22,7 +22,7 @@ def test_solutions_fulfil_the_conditions(seed, contacts, speeds):
     x = solved(cones)
     assert x is not None
     size = np.abs(cones.b).max()
-    assert residual(cones, x) < 1e-9 * size
+    assert left_of(cones, x) < 1e-9 * size
     y = cones.G @ x + cones.b
     for i in range(contacts):
         normal, friction, slip = x[3 * i], x[3 * i + 1 : 3 * i + 3], y[3 * i + 1 : 3 * i + 3]
@@ -35,10 +35,10 @@ def test_solutions_fulfil_the_conditions(seed, contacts, speeds):
 
 
 def test_what_slips_in_a_known_direction_and_least_forces():
-    cones = Cones(
+    cones = ConeProblem(
         np.diag((2.0, 1.0, 1.0)), np.array((-4.0, 1.0, 0.0)), np.array((0.5,)), np.zeros(1), np.array([[0.6, 0.8]])
     )
     np.testing.assert_allclose(solved(cones), (2.0, -0.6, -0.8))
     np.testing.assert_allclose(solved(cones._replace(least=np.array((3.0,)))), (3.0, -0.9, -1.2))
     assert solved(cones._replace(G=np.diag((-2.0, 1.0, 1.0)))) is None
-    assert len(solved(Cones(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, 2))))) == 0
+    assert len(solved(ConeProblem(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0), np.zeros((0, 2))))) == 0

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import warnings
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import kanefe as kf
+from contact_conditions import impact
 from kanefe import shapes
-from kanefe.kane.rigid_contacts import impact_laws
-from kanefe.kane.rigid_contacts.distributing import distributed
-from kanefe.kane.rigid_contacts.impact_laws import ImpactProblem, coupled, impact
-from kanefe.kane.rigid_contacts.stronge import Rubs, held_by, struck
+from kanefe.kane.constraints import meetings
 from kanefe.kernels.impacts.contact_questions import START
-from kanefe.order_n.contact_changing import ContactChanger
-from kanefe.tree.scales import moving_length
+from kanefe.kernels.impacts.stronge import held_by
+from kanefe.kernels.values.tensors import Symmetric
+from kanefe.order_n.contact_changing import decider_of
 
 GAINS = {72: 79.05, 17: 12.74}
 """Kinetic energy after over that before of scenes of `pendulum` by Newton's law (Kane & Levinson's problem)."""
@@ -26,6 +24,12 @@ def cases(count: int) -> list[list[float]]:
     """Return restitution, friction, two angles (rad) and two rates (rad/s) of some scenes."""
     rng, limits = np.random.default_rng(0), ((0.3, 1.0), (0.1, 1.5), (-1.2, 1.2), (-1.5, 1.5), (-3, 3), (-3, 3))
     return [[rng.uniform(*pair) for pair in limits] for _ in range(count)]
+
+
+def struck(G: np.ndarray, rates: np.ndarray, e: float, mu: float) -> np.ndarray | None:
+    """Return Stronge's impulse of one contact."""
+    found = impact(G, rates, [kf.Rigid(e)], [mu])
+    return None if found is None else found.impulses
 
 
 def pendulum(case: list[float], impact: str) -> kf.System:
@@ -87,7 +91,7 @@ def test_what_moves_in_one_way_alone_bounces_though_its_slip_ends_with_its_appro
     for _ in range(200):
         g = np.array((1.0, *rng.uniform(-1.0, 1.0, 2)))
         v, rubs = rng.uniform(1e-3, 1.0), mu * np.hypot(*g[1:])
-        p = struck(np.outer(g, g), -v * g, e, Rubs(lambda _: mu, mu))
+        p = struck(np.outer(g, g), -v * g, e, mu)
         assert p is not None
         # energy stored v^2 / (2 c1), of which e^2 = v'^2 v^-2 c1 / c2 comes back; round-off over the slip at the turn
         assert g @ p - v == pytest.approx(e * v * np.sqrt((1.0 - rubs) / (1.0 + rubs)), rel=1e-9)
@@ -98,7 +102,7 @@ def test_an_impact_takes_energy_within_the_cone_and_ends_by_what_it_has_stored()
     for seed in range(6):
         G, rates, rng = drawn(seed)
         e, mu = rng.uniform(), rng.uniform(0.0, 1.5)
-        p = struck(G, rates, e, Rubs(lambda _, mu=mu: mu, mu))
+        p = struck(G, rates, e, mu)
         assert p is not None
         assert p @ (rates + 0.5 * G @ p) <= 0.0
         assert np.hypot(*p[1:]) <= mu * p[0] * (1.0 + 1e-9)
@@ -113,7 +117,8 @@ def summed(G: np.ndarray, rates: np.ndarray, e: float, mu: float, step: float) -
     v, p, stored, loads = rates.copy(), np.zeros(3), 0.0, True
     while True:
         b = np.column_stack((G[:, 0] + np.append(0.0, v[1:] / step), G[:, 1:]))
-        x = held_by(b, mu)[0]  # the least of v x + h x G x / 2: the friction that leaves the least slip
+        own = Symmetric(b[0, 0], b[1, 0], b[2, 0], b[1, 1], b[1, 2], b[2, 2])
+        x = held_by(own, mu)[1].numbers[1:]  # the least of v x + h x G x / 2: the friction that leaves the least slip
         before, p = v[0], p + step * np.append(1.0, x)
         v = rates + G @ p
         stored -= 0.5 * step * (before + v[0])
@@ -123,16 +128,7 @@ def summed(G: np.ndarray, rates: np.ndarray, e: float, mu: float, step: float) -
             return p
 
 
-def contacts_of(rng: np.random.Generator, count: int, law: str) -> list[SimpleNamespace]:
-    """Return what laws ask of contacts, of unlike restitutions and frictions."""
-    mu = rng.uniform(0.0, 1.5, count)
-    return [
-        SimpleNamespace(law=kf.Rigid(rng.uniform(), law), static=mu[i], friction_at=lambda _, i=i: mu[i], name=f"c{i}")
-        for i in range(count)
-    ]
-
-
-def shared(seed: int) -> tuple[ImpactProblem, np.ndarray]:
+def shared(seed: int) -> tuple[np.ndarray, np.ndarray, list[kf.Rigid], np.ndarray]:
     """Return contacts of few speeds, with unlike levers and restitutions, and their rates."""
     rng = np.random.default_rng(seed)
     k = 2 + seed % 2
@@ -140,36 +136,31 @@ def shared(seed: int) -> tuple[ImpactProblem, np.ndarray]:
     rates = B @ rng.standard_normal(B.shape[1])
     rates[0] = -abs(rates[0])
     mu, e = rng.uniform(0, 2, k), rng.choice((0.0, 0.5, 1.0), k)
-    laws = [kf.Rigid(float(one), "poisson") for one in e]
-    contacts = [SimpleNamespace(law=law, static=mu[i]) for i, law in enumerate(laws)]
-    return ImpactProblem(B @ B.T, contacts, np.full(k, 1e-10)), rates
+    return B @ B.T, rates, [kf.Rigid(float(one), "poisson") for one in e], mu
 
 
 @pytest.mark.parametrize("seed", [93, 491, 1685])
-def test_impacts_of_several_contacts_make_no_energy(seed, monkeypatch):
-    """The second part of Poisson's impulses would make some."""
-    problem, rates = shared(seed)
-    monkeypatch.setattr(impact_laws, "depends_on_order", lambda *_: False)
-    found = impact(problem, rates)
+def test_impacts_of_several_contacts_make_no_energy(seed):
+    """The whole second part of Poisson's impulses would make some: as much is given back as there is."""
+    G, rates, laws, mu = shared(seed)
+    found = impact(G, rates, laws, mu)
     assert found is not None
-    p, static = found.impulses.reshape(-1, 3), np.array([contact.static for contact in problem.contacts])
+    p = found.impulses.reshape(-1, 3)
     exchanged = np.abs(found.impulses) @ np.abs(rates)
-    assert not found.adding
-    assert found.energies.sum() == pytest.approx(0.0, abs=1e-9 * exchanged)  # as much is given back as there is
-    assert np.all(np.hypot(p[:, 1], p[:, 2]) <= static * p[:, 0] + 1e-8 * np.abs(p).max())
-    assert np.all((rates + problem.G @ found.impulses)[::3] >= -1e-8 * np.abs(rates).max())
-    monkeypatch.setattr(impact_laws, "_share", lambda *_: 1.0)
-    assert impact(problem, rates).adding
+    assert found.gained == 0.0
+    assert found.taken.sum() == pytest.approx(0.0, abs=1e-9 * exchanged)
+    assert np.all(np.hypot(p[:, 1], p[:, 2]) <= mu * p[:, 0] + 1e-8 * np.abs(p).max())
+    assert np.all((rates + G @ found.impulses)[::3] >= -1e-8 * np.abs(rates).max())
 
 
 def test_shared_impacts_with_friction_make_no_energy():
     G, rates, rng = drawn(1, 2)
-    contacts = contacts_of(rng, 2, "distributing")
-    p = distributed(G, rates, contacts)
-    assert p is not None
-    each = p.reshape(-1, 3)
+    mu = rng.uniform(0.0, 1.5, 2)
+    found = impact(G, rates, [kf.Rigid(rng.uniform(), "distributing") for _ in mu], mu)
+    assert found is not None
+    p, each = found.impulses, found.impulses.reshape(-1, 3)
     assert p @ (rates + 0.5 * G @ p) < 0.0
-    assert np.all(np.hypot(each[:, 1], each[:, 2]) <= [one.static * (1.0 + 1e-9) for one in contacts] * each[:, 0])
+    assert np.all(np.hypot(each[:, 1], each[:, 2]) <= mu * (1.0 + 1e-9) * each[:, 0])
     assert np.all((rates + G @ p)[::3] >= -1e-8)
 
 
@@ -177,17 +168,15 @@ def test_contacts_that_do_not_move_each_other_strike_by_themselves():
     G = np.zeros((9, 9))
     for i, j in ((0, 0), (1, 1), (2, 2), (0, 2), (2, 0)):
         G[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] = np.eye(3) if i == j else 0.1 * np.eye(3)
-    assert coupled(G) == [[0, 2], [1]]
-    alone = drawn(5)
+    three = impact(G, np.tile((-1.0, 0.0, 0.0), 3), [kf.Rigid(0.5)] * 3, [0.0] * 3)
+    assert three is not None
+    assert three.groups == [0, 1, 0]
+    alone, law = drawn(5), kf.Rigid(0.7)
     both = np.zeros((6, 6))
     both[:3, :3], both[3:, 3:] = alone[0], np.eye(3)
-    rng = np.random.default_rng(1)
-    problem = ImpactProblem(both, contacts_of(rng, 2, "stronge"), np.full(2, 1e-10))
-    found = impact(problem, np.append(alone[1], (0.0, 0.3, 0.0)))  # the other one lies and slides
-    first = problem.contacts[0]
-    own = struck(*alone[:2], first.law.restitution, Rubs(first.friction_at, first.static))
+    found = impact(both, np.append(alone[1], (0.0, 0.3, 0.0)), [law, law], [0.4, 0.4])  # the other one lies and slides
+    own = struck(*alone[:2], 0.7, 0.4)
     assert found is not None
-    assert own is not None
     np.testing.assert_array_equal(found.impulses, np.append(own, np.zeros(3)))
 
 
@@ -230,10 +219,9 @@ def test_faces_that_share_an_impact_by_many_points_do_so_by_their_stiffness():
     G = np.zeros((6, 6))
     G[np.ix_([0, 3], [0, 3])] = 1.0
     laws = [kf.Rigid(0.6, "distributing", stiffness=k, exponent=1.0) for k in (1.0, 3.0)]
-    contacts = [SimpleNamespace(law=law, static=0.0) for law in laws]
-    p = distributed(G, np.array((-1.0, 0, 0, -1.0, 0, 0)), contacts)
-    assert p is not None
-    np.testing.assert_allclose(p[[0, 3]], (0.4, 1.2), rtol=1e-3)
+    found = impact(G, np.array((-1.0, 0, 0, -1.0, 0, 0)), laws, [0.0, 0.0])
+    assert found is not None
+    np.testing.assert_allclose(found.impulses[[0, 3]], (0.4, 1.2), rtol=1e-3)
 
 
 def rod(mu: float, degrees: float) -> kf.System:
@@ -252,7 +240,7 @@ def test_what_friction_draws_in_is_stopped_by_an_impact_without_collision():
     """The tip sticks at once, as that of ever stiffer contacts does, and the rod goes on about it."""
     model = rod(3.0, 60.0).freeze()
     y = model.route.start(0.0)
-    met = model.route.contact_instant(0.0, y).meeting((0, 0))
+    met = meetings(model.literal.view(0.0, y))[0][0]
     # stopped along the floor and across it by one impulse: rates are zero to round-off
     np.testing.assert_allclose(met.rates, 0.0, atol=1e-12)
     assert model.parts(y)[2][2] > 0.0  # which took energy
@@ -262,14 +250,14 @@ def test_what_friction_draws_in_is_stopped_by_an_impact_without_collision():
 def test_a_point_that_moves_along_one_line_is_drawn_in_without_end():
     """Its slip turns until friction takes away all that the impulse does: that no impulse ends it is known at once."""
     along = np.array((1.0, 16.5, -21.9))
-    assert struck(np.outer(along, along), np.array((-0.45, -0.98, -1.0)), 0.5, Rubs(lambda _: 0.3, 0.3)) is None
+    assert struck(np.outer(along, along), np.array((-0.45, -0.98, -1.0)), 0.5, 0.3) is None
 
 
 def test_a_slip_that_no_longer_turns_goes_straight_to_its_end():
     """It comes back the way it went, nearly, and hardly grows: in steps that its turns allow it would take seconds."""
     mu, c, g, aside = 0.02, 1e3, 20.001, 1e-3
     G, before = np.array([[1.0, 0.0, g], [0.0, c, 0.0], [g, 0.0, c]]), np.array((-1.0, aside, -1.0))
-    found = struck(G, before, 0.0, Rubs(lambda _: mu, mu))
+    found = struck(G, before, 0.0, mu)
     there = 1.0 / (g + mu * c)  # impulse in which a slip against the second direction ends
     back = (1.0 - there * (1.0 + mu * g)) / (1.0 - mu * g)  # and one along it, up to where nothing approaches
     # what is aside of it turns it on a way a thousandth as long
@@ -313,6 +301,6 @@ def test_an_impact_that_feet_share_is_that_of_the_literal_route():
         law = kf.Rigid(0.2 * i, "distributing", stiffness=1.0 + i, exponent=1.0 + 0.2 * i)
         scene.add_contact(f"{i}", table.frame(at=(x, y, -0.1)), floor, normal=law, friction=kf.Coulomb(0.3))
     model = scene.freeze()
-    assert ContactChanger(model.route).ask(START, 0.0, model.initial_state, 1.0, 1.0, 1e-6, moving_length(model))
+    assert decider_of(model.route).ask(START, 0.0, model.initial_state, 1.0, 1.0, 1e-6)
     # some thousand steps, the same in both; the friction of each is found to 1e-8
     np.testing.assert_allclose(model.route.start(0.0), model.literal.start(0.0), rtol=0, atol=1e-6)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 import kanefe as kf
-from kanefe.kane.rigid_contacts.instant import LiteralInstant
+from kanefe.kernels.impacts.contact_questions import BLURS, MARGINS
+from kanefe.literal import contact_instant as instant
 from robustness.rocking import rocking_block
 
 G = 9.81
@@ -53,22 +54,20 @@ def test_a_table_with_its_weight_above_a_leg_stands_on_it(inside):
     """There is hardly a way to share its weight: least squares of what a leg lacks of some room let one pull."""
     model = table(0.5 - inside, 0.4 - inside).freeze()
     y = model.route.touched(0.0, model.route.start(0.0), 1.0, 1.0, 1e-6)
-    normals = model.route.contact_instant(0.0, y).margins().normals
+    normals = model.route.asked_contacts(MARGINS, 0.0, y).margins[:, 1]
     # below the 1e-9 of the largest force that is round-off of forces
     assert len(normals) == 4
-    assert min(normals.values()) > -1e-9 * 8.0 * G
-    assert sum(normals.values()) == pytest.approx(8.0 * G, rel=1e-9)
+    assert min(normals) > -1e-9 * 8.0 * G
+    assert sum(normals) == pytest.approx(8.0 * G, rel=1e-9)
 
 
 def test_what_a_decision_does_not_see_is_looked_at_ten_times_further(monkeypatch):
     """A margin that is a little below zero after an event is let go on, one further below is an event at once."""
     model = table(0.0, 0.0).freeze()
     y = model.route.touched(0.0, model.route.start(0.0), 1.0, 1.0, 1e-6)
-    largest = max(model.route.contact_instant(0.0, y).margins().normals.values())
-    found = LiteralInstant(model, 0.0, y).margins()
+    found = instant.margins(model.literal.view(0.0, y))
+    largest = max(found.normals.values())
     for share, blur in ((0.0, 1e-9), (-1e-8, 1e-7), (-1e-5, 1e-9)):
         shown = found._replace(normals={**found.normals, (0, 0): share * largest})
-        monkeypatch.setattr(LiteralInstant, "margins", lambda self, shown=shown: shown)
-        monkeypatch.setattr(type(model.route), "contact_instant", lambda self, t, y: LiteralInstant(model, t, y))
-        monkeypatch.setattr(type(model.route), "is_autonomous", False)
-        assert model.route.contact_blurs(0.0, y)[1] == pytest.approx(blur * largest, rel=1e-6)
+        monkeypatch.setattr(instant, "margins", lambda state, shown=shown: shown)
+        assert model.literal.asked_contacts(BLURS, 0.0, y).blurs[1] == pytest.approx(blur * largest, rel=1e-6)

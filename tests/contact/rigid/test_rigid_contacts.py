@@ -15,8 +15,8 @@ from kanefe.constraints.rows import MarkerMotion
 from kanefe.contact.rigid.meeting import Meeting, meetings_with
 from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import probe_forces
-from kanefe.kane.rigid_contacts.impacts import resolved
 from kanefe.kernels.contact.rigid_points import BACK, TURNED
+from kanefe.kernels.impacts.contact_questions import TOUCH
 
 G = 9.81
 GRID = np.linspace(-2.0, 2.0, 9)
@@ -231,8 +231,8 @@ def test_a_scene_with_rigid_contacts_is_pickled_and_frozen_twice():
     model = pickle.loads(pickle.dumps(scene.freeze()))
     y = model.route.start(0.0)
     y[2], y[9] = 0.0, -1.0
-    found = resolved(model, 0.0, y, "touch", 1.0)
-    np.testing.assert_allclose(found.u[:3], (1.0 - min(1.0, 0.5 * 1.5), 0.0, 0.5), atol=1e-12)
+    found = model.literal.asked_contacts(TOUCH, 0.0, y, 1.0).changed()
+    np.testing.assert_allclose(model.parts(found.y)[1][:3], (1.0 - min(1.0, 0.5 * 1.5), 0.0, 0.5), atol=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.equations.unstiffened import axial_forces
 from kanefe.kane.state import State
-from kanefe.kane.unstiffened import axial_forces
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 LENGTH, SECTION = 1.0, Rectangle(0.02, 0.02)

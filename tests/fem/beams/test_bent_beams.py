@@ -8,8 +8,8 @@ import scipy.linalg
 from numpy.polynomial import Polynomial
 
 import kanefe as kf
-from kanefe.kane.bent import bent_too_far
 from kanefe.linear.unsettled import UnsettledWarning
+from kanefe.tree.bent import bent_too_far
 from kanefe.tree.stiffening_check import StiffeningWarning
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
@@ -104,6 +104,6 @@ def test_small_bending_is_not_taken_for_too_much() -> None:
     told = []
     for slope in (0.0, 0.05, 0.5):
         q[terms.eta] = slope * bent / (tip.motion[5, :k] @ bent)
-        told.append(bent_too_far(model, 0.0, q, u))
+        told.append(bent_too_far(model.route, 0.0, q, u))
     assert told[:2] == ["", ""]
     assert "slopes of 0.5 rad" in told[2]

@@ -214,7 +214,7 @@ def test_an_impact_on_a_mechanism_keeps_its_loops_closed(method: str) -> None:
     assert len(result.events["stop"]) >= 1
     run = result.run
     assert run is not None
-    from kanefe.kane.loop_closure import project_speeds
+    from kanefe.literal.loop_closure import project_speeds
 
     for t, q, u in zip(result.times[::50], run.trajectory.coordinates[::50], run.trajectory.speeds[::50], strict=True):
         np.testing.assert_allclose(project_speeds(run.model, t, q, u), u, rtol=0, atol=1e-9)

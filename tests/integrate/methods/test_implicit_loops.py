@@ -10,11 +10,11 @@ from kanefe.checks.verification.loops import parallelograms
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
 from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.loop_closure import project_speeds
 from kanefe.kane.state import State
-from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
+from kanefe.literal.loop_closure import project_speeds
+from kanefe.tree.tangents import constant_tangents
 from loop_scenes import four_bar, sprung_loop
 from order_n_rates import order_n
 
@@ -84,7 +84,7 @@ def test_near_a_singular_position_the_nearest_closed_state_is_taken() -> None:
 def test_fixed_steps_of_generalised_alpha_take_two_sweeps_with_loops(monkeypatch: pytest.MonkeyPatch) -> None:
     """At most; no factorisation; three evaluations begin the run; and the compiled route closes the loops."""
     literal: list[object] = []
-    monkeypatch.setattr("kanefe.kane.loop_closure.project", lambda *given: literal.append(given))
+    monkeypatch.setattr("kanefe.literal.loop_closure.project", lambda *given: literal.append(given))
     model = sprung_loop(0)
     run = integrate(model, (0.0, 0.1), method="generalised-alpha", step=5e-4)
     counts = [run.statistics[name] for name in ("steps", "evaluations", "factorisations", "jacobians")]

@@ -14,9 +14,9 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.extrapolation import METHOD
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
-from kanefe.kane.tangents import constant_tangents
 from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
 from kanefe.order_n.planar_route import PlanarRoute
+from kanefe.tree.tangents import constant_tangents
 from order_n_rates import order_n
 from run_scenes import check_snapshot
 from scenes import chain_scene, floating_scene, random_state

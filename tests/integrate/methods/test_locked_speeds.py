@@ -10,9 +10,9 @@ import scipy
 import kanefe as kf
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.locked_speeds import has_locked_speeds, locked_speeds
-from kanefe.kane.tangents import constant_tangents
 from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.scales import modal_frequencies
+from kanefe.tree.tangents import constant_tangents
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 ALUMINIUM = Material(E=70e9, nu=0.33, rho=2700.0)

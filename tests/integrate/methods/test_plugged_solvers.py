@@ -12,7 +12,7 @@ import kanefe as kf
 from kanefe.errors import MissingDependency, ModelError, SimulationWarning
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
-from kanefe.kane.loop_closure import project_positions
+from kanefe.literal.loop_closure import project_positions
 from loop_scenes import four_bar
 from run_scenes import PLUGGED, SCENES, double_pendulum, falling_ball, floor, soft_arm
 

@@ -7,9 +7,9 @@ import pytest
 
 import kanefe as kf
 from kanefe.contact import contact_evaluation
-from kanefe.kane.route import LiteralRoute
 from kanefe.linear.imbalance import force_sizes
 from kanefe.linear.small_motions import SmallMotions
+from kanefe.literal.route import LiteralRoute
 from order_n_rates import T, order_n
 from random_scenes import Recipe, random_model
 from scenes import random_state

@@ -5,8 +5,8 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError, SimulationError
-from kanefe.kane import loop_closure
-from kanefe.kane.loop_closure import project_positions
+from kanefe.literal import loop_closure
+from kanefe.literal.loop_closure import project_positions
 from linear_scenes import GRAVITY, cart_and_rod, governor
 from loop_scenes import four_bar, four_bars
 from scenes import lattice_body

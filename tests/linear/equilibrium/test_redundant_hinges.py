@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.kane.route import LiteralRoute
+from kanefe.literal.route import LiteralRoute
 from kanefe.tree.model_data import QUADRATURES
 
 HINGES = (lambda _: kf.Spherical(), lambda axis: kf.Cylindrical(axis), lambda axis: kf.Revolute(axis))

@@ -6,22 +6,20 @@ import numpy as np
 
 from kanefe.bodies.inner_rotations import inner_rotations
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import mass_matrix
-from kanefe.kane.state import State
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.bending import LEAST
 from kanefe.tree.body_terms import FlexibleTerms, is_unreduced
-from kanefe.tree.model_data import ModelData
+from kanefe.tree.route import Evaluates
 
 
-def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
+def bent_too_far(route: Evaluates, t: float, q: Vector, u: Vector) -> str:
     """Return, with a remedy, which body is bent so far that a motion has lost its inertia; empty: none is.
 
     The inertia of second-order displacements is kept to first order in the coordinates, as is their work: this is what
     their stiffening needs. The square that completes it to a sum over mass points is missing, and from some slope
     on there is a motion, of the body and its joints together, whose kinetic energy vanishes.
     """
-    flexible = [(body.name, body.flexible) for body in model.bodies if body.flexible is not None]
+    flexible = [(body.name, body.flexible) for body in route.model.bodies if body.flexible is not None]
     if any(is_unreduced(terms.body) for _, terms in flexible):
         return ""  # no dense mass matrix
     stiffened = [(name, terms) for name, terms in flexible if terms.free_moments.quadratic_first is not None]
@@ -31,7 +29,7 @@ def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     if not stiffened or not np.all(np.isfinite(q)) or np.array_equal(q, straight):
         return ""
     still = np.zeros_like(u)
-    M, at_rest = (_free_mass(model, t, place, still) for place in (q, straight))
+    M, at_rest = (_free_mass(route, t, place, still) for place in (q, straight))
     if not np.all(np.isfinite(M)):
         return ""
     try:
@@ -51,9 +49,9 @@ def bent_too_far(model: ModelData, t: float, q: Vector, u: Vector) -> str:
     )
 
 
-def _free_mass(model: ModelData, t: float, q: Vector, u: Vector) -> Matrix:
+def _free_mass(route: Evaluates, t: float, q: Vector, u: Vector) -> Matrix:
     n = len(u)
-    return mass_matrix(State(model, t, q, u))[:n, :n]
+    return route.mass_matrix(t, np.concatenate((q, u, route.model.initial_states)))[:n, :n]
 
 
 def _size(terms: FlexibleTerms, eta: Vector) -> str:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kane.constraints import RANK_TOLERANCE
-from kanefe.kane.row_groups import groups_of_rows
+from kanefe.tree.row_groups import groups_of_rows
+from kanefe.tree.row_rates import RANK_TOLERANCE
 
 
 def dependent_rows(directions: Matrix, J: Matrix) -> set[int]:

@@ -5,13 +5,11 @@
 with M, F and W at the midpoint, where also the contacts are found that are closed. Their impulses I solve the
 complementarity of ``v_E + e v_A`` along the normal and v_E across it (Moreau, "Unilateral contact and dry friction in
 finite freedom dynamics", 1988; Jean, Comput. Methods Appl. Mech. Eng. 177 (1999) 235-257), and never make energy: see
-`kanefe.kane.rigid_contacts.step_impulses`. F is taken at the speeds of the middle of the step without impulses: between
+`kanefe.kernels.impacts.step_impulses`. F is taken at the speeds of the middle of the step without impulses: between
 impacts a step is of order 2.
 """
 
 from __future__ import annotations
-
-from typing import NamedTuple
 
 import numpy as np
 
@@ -21,44 +19,14 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.constraints import meetings
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
-from kanefe.kane.loop_closure import project_positions, project_speeds
 from kanefe.kane.rigid_contacts.contact_forces import probe_jacobian
 from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.rigid_contacts.step_impulses import struck
 from kanefe.kane.state import State
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
+from kanefe.literal.loop_closure import project_positions, project_speeds
+from kanefe.tree.contact_steps import Stepped, struck
 from kanefe.tree.model_data import QUADRATURES, ModelData
-
-
-class Stepped(NamedTuple):
-    """What a step leads to.
-
-    Attributes
-    ----------
-    y : ndarray
-        State (q, u, z, energy dissipated, work) at its end.
-    impulses : ndarray, shape (3 k,)
-        Of the contacts that were closed, N s.
-    deepest : float
-        Depth of the deepest of them at the midpoint, m.
-    residual : float
-        Of their complementarity, of the largest impulse.
-    closed : list of (int, int)
-        Of the contacts that were closed: the number among the rigid ones, and of the probe.
-    approach, bend : float
-        By how much a step may enter a surface that it has not met before, and one along which it goes, m.
-    lowered : int
-        Of how many groups of contacts the restitution was lowered.
-    """
-
-    y: Vector
-    impulses: Vector
-    deepest: float
-    residual: float
-    closed: list[tuple[int, int]]
-    approach: float
-    bend: float
-    lowered: int
+from kanefe.tree.rigid_points import points_of_contacts
 
 
 def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
@@ -80,29 +48,28 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
     state = State(model, mid, q_mid, u + 0.5 * h * accelerations(first), z_open)
     du = accelerations(state)
     u_after, quadratures = u + h * du, h * _powers(state, du)
-    closed = [(c, i) for c, met in enumerate(meetings(first)) for i, one in enumerate(met) if one.gap <= 0.0]
-    impulses, deepest, left, lowered, approach, bend = np.zeros(0), 0.0, 0.0, 0, 0.0, 0.0
+    keys = points_of_contacts(model)
+    points = [p for p, (c, i) in enumerate(keys) if meetings(first)[c][i].gap <= 0.0]
+    closed = [keys[p] for p in points]
+    impulses, depth, residual, approach, bend, lowered = np.zeros(0), 0.0, 0.0, 0.0, 0.0, 0.0
     if closed:
         rows = np.vstack([probe_jacobian(first, c, i) for c, i in closed])
-        J = rows[:, :n]
-        before = np.concatenate([meetings(first)[c][i].rates for c, i in closed])
+        J, met = rows[:, :n], [meetings(first)[c][i] for c, i in closed]
+        before = np.concatenate([one.rates for one in met])
         freely = before + h * (J @ du)
-        laws = [model.rigid_contact(c).law for c, _ in closed]
         G = J @ unit_responses(first, J.T)
-        mu = np.array([model.rigid_contact(c).static for c, _ in closed])
-        found = struck(G, before, freely, mu, np.array([law.restitution for law in laws]))
+        found = struck(model, points, G, before, freely)
         if found is None:
             raise SimulationError(
-                f"at t = {t:.6g} s the impulses of {len(mu)} contacts were not found. Remedy: a smaller step, less "
+                f"at t = {t:.6g} s the impulses of {len(closed)} contacts were not found. Remedy: a smaller step, less "
                 "friction, or compliant contacts, kanefe.HuntCrossley(...)"
             )
-        impulses, left, lowered = found
+        impulses, residual, lowered = found
         u_after = u_after + unit_responses(first, (J.T @ impulses)[:, None])[:, 0]
         after = freely + G @ impulses
-        deepest = -min(meetings(first)[c][i].gap for c, i in closed)
-        approach = h * max(0.0, -float(before[::3].min()))
-        curved = np.array([meetings(first)[c][i].remainder[0] for c, i in closed])
-        bend = 0.5 * h * h * float(np.abs(curved + rows[::3, n:] @ first.driven_rates).max())
+        depth, approach = -min(one.gap for one in met), h * max(0.0, -float(before[::3].min()))
+        curved = np.array([one.remainder[0] for one in met]) + rows[::3, n:] @ first.driven_rates
+        bend = 0.5 * h * h * float(np.abs(curved).max())
         fastest = max(float(np.abs(before).max()), float(np.abs(freely).max()))
         _write(first, closed, impulses, 0.5 * (before + after), after, fastest, h, z, quadratures)
     q_end = model.advance(q_mid, 0.5 * h * u_after)
@@ -110,7 +77,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         q_end = project_positions(model, t + h, q_end, None, z_open)
         u_after = project_speeds(model, t + h, q_end, u_after, None, z_open)
     y_end = np.concatenate((q_end, u_after, z, y[-QUADRATURES:] + quadratures))
-    return Stepped(y_end, impulses, deepest, left, closed, approach, bend, lowered)
+    return Stepped(y_end, impulses, closed, depth, residual, approach, bend, int(lowered))
 
 
 def _powers(state: State, du: Vector) -> Vector:

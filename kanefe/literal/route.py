@@ -18,7 +18,8 @@ from kanefe.tree.run_sweeps import RunSweeps
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
-    from kanefe.kane.rigid_contacts.instant import ContactInstant
+    from kanefe.tree.contact_changes import ContactDecider
+    from kanefe.tree.contact_steps import Stepped
 
 
 class LiteralRoute:
@@ -78,6 +79,55 @@ class LiteralRoute:
         """Return the state itself."""
         return State(self.model, t, *self.parts(y))
 
+    def at(self, t: float, q: Vector, u: Vector | None = None, z: Vector | None = None) -> State:
+        """Return a state by its parts; at rest, with the internal states of the start, if nothing else is given."""
+        return State(self.model, t, q, u, z)
+
+    def closed(self, t: float, q: Vector, u: Vector) -> tuple[Vector, Vector]:
+        """Return the coordinates nearest to q that close loops, and the speeds nearest to u that keep them closed."""
+        from kanefe.literal.loop_closure import project_positions, project_speeds
+
+        q = project_positions(self.model, t, q)
+        return q, project_speeds(self.model, t, q, u)
+
+    def with_consistent_loads(self, t: float, q: Vector, u: Vector) -> Vector:
+        """Return the internal states of the start with loads of joints under the friction that they make."""
+        from kanefe.literal.bearing_loads import with_consistent_loads
+
+        return with_consistent_loads(self.model, t, q, u, self.model.initial_states)
+
+    def responses(self, state: State, F: Matrix) -> Matrix:
+        """Return the accelerations of the free speeds (free, k) that forces on them (free, k) add; loops hold."""
+        from kanefe.kane.rigid_contacts.impulses import unit_responses
+
+        return unit_responses(state, F)
+
+    def open_loops(self, t: float, q: Vector, z: Vector) -> tuple[float, str]:
+        """Return how far the most open constraint that holds is open, relative to the scene, and the names of such."""
+        from kanefe.literal.loop_closure import open_constraints, openings
+
+        found = openings(self.model, t, q, z)
+        return found.worst, open_constraints(found)
+
+    def mass_at_start(self, t: float) -> Matrix:
+        """Return M_sys over the free speeds as the scene starts at a time (s), (free, free); not to be written to."""
+        from kanefe.kane.assemble import mass_at_start
+
+        return mass_at_start(self.model, t)
+
+    def tangents(self, state: State) -> tuple[Matrix, Matrix]:
+        """Return stiffness and damping over the free speeds at a state."""
+        from kanefe.kane.tangents import current_tangents
+        from kanefe.tree.tangents import constant_tangents
+
+        return current_tangents(state, *constant_tangents(self.model))
+
+    def step_over_impacts(self, t: float, y: Vector, h: float) -> Stepped:
+        """Return the state after a step of h (s) of Moreau and Jean."""
+        from kanefe.literal.impact_steps import stepped
+
+        return stepped(self.model, t, y, h)
+
     def state(self, t: float, y: Vector) -> SceneState:
         """Return the state itself."""
         return self.view(t, y)
@@ -92,7 +142,7 @@ class LiteralRoute:
 
     def start(self, t: float) -> Vector:
         """Return (q, u, z) at the start: see `consistent_start`."""
-        from kanefe.kane.consistent_start import consistent_start
+        from kanefe.literal.consistent_start import consistent_start
 
         if self._found is None or self._found[0] != t:  # a run asks when it chooses a method, and when it begins
             found = np.concatenate((*consistent_start(self.model, t), self.model.initial_states))
@@ -162,8 +212,8 @@ class LiteralRoute:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one."""
         if not self.model.is_constrained:
             return y
-        from kanefe.kane.loop_closure import project
-        from kanefe.kane.tangents import constant_tangents
+        from kanefe.literal.loop_closure import project
+        from kanefe.tree.tangents import constant_tangents
 
         state = self.view(t, y)
         closed = project(state, share * constant_tangents(self.model)[0] if share > 0.0 else None)
@@ -193,27 +243,22 @@ class LiteralRoute:
 
         return momenta(self.view(t, y))
 
-    def contact_instant(self, t: float, y: Vector) -> ContactInstant:
-        """Return what the events of rigid contacts ask of a state."""
-        from kanefe.kane.rigid_contacts.instant import LiteralInstant
+    def asked_contacts(
+        self, what: int, t: float, y: Vector, span: float = 0.0, stop: float = np.inf, rtol: float = 0.0
+    ) -> ContactDecider:
+        """Return what has decided an event of rigid contacts, or has been asked for their margins."""
+        from kanefe.literal.contact_instant import LiteralInstant
+        from kanefe.tree.contact_changes import decider_by
 
-        return LiteralInstant(self.model, t, y)
+        decider = decider_by(self.model, LiteralInstant)
+        decider.ask(what, t, y, span, stop, rtol)
+        return decider
 
     def touched(self, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
         """Return a state with what touches in it known."""
-        from kanefe.kane.rigid_contacts.impacts import START, resolved, warn_of_impacts
+        from kanefe.tree.contact_changes import touched
 
-        found = resolved(self.model, t, y, START, span, stop, rtol, self.contact_instant)
-        warn_of_impacts(found.told)
-        return np.concatenate((y[: self.model.coordinate_count], found.u, found.z))
-
-    def contact_blurs(self, t: float, y: Vector) -> tuple[float, ...]:
-        """Return how far margins of rigid contacts may be below zero by round-off."""
-        from kanefe.kane.rigid_contacts.instant import blurs
-        from kanefe.tree.scales import moving_length
-
-        found = blurs(self.contact_instant(t, y), moving_length(self.model))
-        return tuple(max(kind.values(), default=0.0) for kind in found)
+        return touched(self, t, y, span, stop, rtol)
 
     def powers(self, t: float, y: Vector, du: Vector) -> Vector:
         """Return the power taken and given."""
@@ -234,7 +279,7 @@ class LiteralRoute:
         raise TypeError("the literal route is not compiled")
 
     def impact_steps(self, told: Vector, too_deep: float, bends: tuple[np.ndarray, np.ndarray]) -> Any | None:
-        """None: steps over impacts are those of `kanefe.kane.rigid_contacts.time_stepping`."""
+        """None: steps over impacts are those of `kanefe.literal.impact_steps`."""
         return None
 
     def check_functions(self, t: float, y: Vector) -> None:
@@ -257,7 +302,7 @@ def powers(state: State, du: Vector) -> Vector:
 
 def state_rates(state: State) -> Vector:
     """Return the rates of all internal states, (states,); those of switches are zero."""
-    from kanefe.kane.bearing_loads import add_load_rates
+    from kanefe.literal.bearing_loads import add_load_rates
 
     rates = np.zeros_like(state.z)
     for where, action in zip(state.model.load_states, actions(state), strict=True):

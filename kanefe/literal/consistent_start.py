@@ -3,7 +3,7 @@
 What is given is kept. What is not given follows with the least motion: joints first, in the metric of the mass matrix;
 elastic coordinates only by what joints cannot do, with the least strain energy, as in statics. Where joints that are
 not given cannot close the loops, given ones move too, as little as they can, before anything is strained:
-`kanefe.kane.start_report` says by how much. A start that is consistent already is left as it is, to the bit.
+`kanefe.equations.start_report` says by how much. A start that is consistent already is left as it is, to the bit.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import RANK_TOLERANCE, ROUND_OFF, Rates, constraint_rates, held_rows
-from kanefe.kane.loop_closure import Position, StepOf, by_metric, closed, open_constraints, openings
+from kanefe.kane.constraints import constraint_rates, held_rows
 from kanefe.kane.state import State
-from kanefe.kane.tangents import elastic_stiffness
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, TOLERANCE
+from kanefe.literal.loop_closure import Position, StepOf, by_metric, closed, open_constraints, openings
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.row_rates import RANK_TOLERANCE, ROUND_OFF, Rates
 from kanefe.tree.scales import displacement_scales, modal_frequencies
+from kanefe.tree.tangents import elastic_stiffness
 
 HELD_RATE = 100 * TOLERANCE
 """Largest rate of a row that counts as held, relative to what it could be at speeds of such size."""

@@ -7,14 +7,14 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from kanefe.equations.dependent_rows import dependent_rows
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
 from kanefe.kane.assemble import constrained_solver
 from kanefe.kane.constrained_solver import ConstrainedSolver
 from kanefe.kane.constraints import constraint_rates, held_rows
-from kanefe.kane.dependent_rows import dependent_rows
-from kanefe.kane.loop_closure import closed_coordinates
 from kanefe.kane.state import State
+from kanefe.literal.loop_closure import closed_coordinates
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
 from kanefe.tree.scales import displacement_scales, modal_frequencies

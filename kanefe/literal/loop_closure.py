@@ -1,6 +1,6 @@
 """The nearest consistent state: coordinates at which every loop is closed, and speeds that keep it closed.
 
-The change is least in the metric of the mass matrix. How a scene starts is in `kanefe.kane.consistent_start`.
+The change is least in the metric of the mass matrix. How a scene starts is in `kanefe.literal.consistent_start`.
 """
 
 from __future__ import annotations

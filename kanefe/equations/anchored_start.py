@@ -16,10 +16,10 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.bearing_loads import with_consistent_loads
 from kanefe.kane.interactions import slip_rows
 from kanefe.kane.rigid_contacts.impulses import unit_responses
 from kanefe.kane.state import State
+from kanefe.literal.bearing_loads import with_consistent_loads
 from kanefe.loads.anchors import Anchor
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales
