@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector, turn_to
-from kanefe.kernels.layout import AXIS, FIXED, FREE, GIVEN, REVOLUTE, SPHERICAL
 from kanefe.kernels.links.places import WrittenMotion
+from kanefe.kernels.tree import Kind
 
 Z = (0.0, 0.0, 1.0)
-SPEEDS = {FIXED: 0, SPHERICAL: 3, FREE: 6}
+SPEEDS = {Kind.FIXED: 0, Kind.SPHERICAL: 3, Kind.FREE: 6}
 """Number of speeds of links that do not have one."""
 
 
@@ -108,37 +108,37 @@ class Link:
     @classmethod
     def fixed(cls) -> Link:
         """Return a link that does not move."""
-        return cls(FIXED)
+        return cls(Kind.FIXED)
 
     @classmethod
     def turning(cls, axis: Vector) -> Link:
         """Return a link that rotates about an axis: an angle in rad, and its rate."""
-        return cls(REVOLUTE, axis, 0.0, 1.0)
+        return cls(Kind.REVOLUTE, axis, 0.0, 1.0)
 
     @classmethod
     def sliding(cls, axis: Vector) -> Link:
         """Return a link that slides along an axis: a distance in m, and its rate."""
-        return cls(AXIS, axis, 1.0, 0.0)
+        return cls(Kind.AXIS, axis, 1.0, 0.0)
 
     @classmethod
     def winding(cls, axis: Vector, advance: float) -> Link:
         """Return a link that rotates about an axis and advances along it, in m/rad: an angle in rad, and its rate."""
-        return cls(AXIS, axis, advance, 1.0)
+        return cls(Kind.AXIS, axis, advance, 1.0)
 
     @classmethod
     def given(cls, kernel: LinkKernel) -> Link:
         """Return a link whose motion is a C function of one coordinate, m or rad; the speed is its rate."""
-        return cls(GIVEN, kernel=kernel)
+        return cls(Kind.GIVEN, kernel=kernel)
 
     @classmethod
     def spherical(cls) -> Link:
         """Return a link that rotates about a point: four Euler parameters, and the angular velocity in its frame."""
-        return cls(SPHERICAL)
+        return cls(Kind.SPHERICAL)
 
     @classmethod
     def free(cls) -> Link:
         """Return a link that moves freely: coordinates and speeds of `kanefe.Free`."""
-        return cls(FREE)
+        return cls(Kind.FREE)
 
     @property
     def turn(self) -> Matrix:
@@ -153,29 +153,29 @@ class Link:
     @property
     def coordinate_count(self) -> int:
         """Number of coordinates of the link: a rotation has four."""
-        return self.speed_count + (self.kind in (SPHERICAL, FREE))
+        return self.speed_count + (self.kind in (Kind.SPHERICAL, Kind.FREE))
 
     @property
     def is_fixed(self) -> bool:
         """Whether it does not move."""
-        return self.kind == FIXED
+        return self.kind == Kind.FIXED
 
     @property
     def is_turn(self) -> bool:
         """Whether it only rotates about its axis."""
-        return self.kind == REVOLUTE
+        return self.kind == Kind.REVOLUTE
 
     @property
     def is_slide(self) -> bool:
         """Whether it only translates along its axis."""
-        return self.kind == AXIS and (self.along, self.about) == (1.0, 0.0)
+        return self.kind == Kind.AXIS and (self.along, self.about) == (1.0, 0.0)
 
     @property
     def is_given(self) -> bool:
         """Whether its motion is a C function."""
-        return self.kind == GIVEN
+        return self.kind == Kind.GIVEN
 
     @property
     def is_free(self) -> bool:
         """Whether it moves freely in space."""
-        return self.kind == FREE
+        return self.kind == Kind.FREE

@@ -10,7 +10,6 @@ from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import Integers
 from kanefe.kernels.compiler.signatures import in_place
-from kanefe.kernels.layout import COORDINATES, SPEEDS, STATES
 from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.kernels.tree import FRAME_NUMBERS, Frames, Links
 from kanefe.kernels.values.records import Array, Record, Start, Table
@@ -157,18 +156,27 @@ def bodies_of(scene: Scene, work: Work) -> BorderedBodies:
     return BorderedBodies(scene.flexible.bodies, scene.flexible.pool, work.modal, work.border)
 
 
+class Sizes(Record, is_frozen=True):
+    """Of a scene, in space or in the plane: of `Tables.sizes`."""
+
+    coordinate_count: int
+    free_count: int
+    driven_count: int
+    state_count: int
+
+
 @inlined
 def state_in(tables: Any, t: float, y: np.ndarray, drives: np.ndarray, inputs: np.ndarray) -> State:
     """Return the parts of a state ``(q, u, z, ...)``, of `Tables` or those in the plane."""
-    n = tables.sizes[COORDINATES]
-    m = n + tables.sizes[SPEEDS]
-    return State(t, y[:n], y[n:m], y[m : m + tables.sizes[STATES]], drives, inputs)
+    sizes = Sizes(tables.sizes)
+    n, m = sizes.coordinate_count, sizes.coordinate_count + sizes.free_count
+    return State(t, y[:n], y[n:m], y[m : m + sizes.state_count], drives, inputs)
 
 
 @inlined
 def rates_in(tables: Any, slope: np.ndarray) -> Rates:
     """Return the parts of the rates of such a state and its quadratures."""
-    n = tables.sizes[COORDINATES]
-    m = n + tables.sizes[SPEEDS]
-    k = m + tables.sizes[STATES]
+    sizes = Sizes(tables.sizes)
+    n, m = sizes.coordinate_count, sizes.coordinate_count + sizes.free_count
+    k = m + sizes.state_count
     return Rates(slope[:n], slope[n:m], slope[m:k], slope[k:])

@@ -6,7 +6,7 @@ from functools import cached_property
 from typing import Any, Self
 
 from kanefe.kernels.compiler.entries import LATER
-from kanefe.kernels.planar.evaluation import evaluate_planar, planar_workspace_size
+from kanefe.kernels.planar.evaluation import evaluate_planar, planar_memory_size
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.order_n.rates_kernel import RatesKernel
 from kanefe.order_n.route import OrderN
@@ -53,4 +53,4 @@ class PlanarRoute(OrderN):
     @cached_property
     def _in_plane(self) -> RatesKernel:
         evaluation = evaluate_planar.bound(LATER, self.planar, *(LATER,) * 4)
-        return self._kernel_of(evaluation, planar_workspace_size(self.planar))
+        return self._kernel_of(evaluation, planar_memory_size(self.planar))

@@ -24,10 +24,10 @@ from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, scene_of
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.layout import COMPLEX_FUNCTION, GIVEN, KIND
 from kanefe.kernels.loads.loads_layout import COMPLEX, no_loads_between
-from kanefe.kernels.scene import Scene, memory_size
+from kanefe.kernels.scene import Scene, links_of, memory_size
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
+from kanefe.kernels.tree import GivenLink, Kind
 from kanefe.literal.route import LiteralRoute
 from kanefe.loads.functions import SPENT
 from kanefe.order_n.derivative_call import DerivativeCall
@@ -357,8 +357,7 @@ class OrderN(LiteralRoute):
     @cached_property
     def is_complex(self) -> bool:
         """Whether all kernels of the scene take complex numbers, from which exact derivatives come."""
-        given = self.tables.rows[self.tables.rows[:, KIND] == GIVEN]
-        of_links = bool(np.all(given[:, COMPLEX_FUNCTION] != 0))
+        of_links = all(GivenLink(one).complex_function for one in links_of(self.scene) if one.kind == Kind.GIVEN)
         return of_links and bool(np.all(self.between.addresses[:, COMPLEX] != 0))
 
     def balance(self, run: Run, vectors: np.ndarray) -> None:

@@ -17,20 +17,7 @@ from kanefe.frames import (
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
 from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
-from kanefe.kernels.layout import (
-    ABOUT,
-    AXES,
-    AXIS,
-    COORDINATE,
-    DRIVE,
-    FREE,
-    INTERFACE,
-    KIND,
-    PARENT,
-    REVOLUTE,
-    SPHERICAL,
-)
-from kanefe.kernels.scene import Scene, memory_size
+from kanefe.kernels.scene import Scene, links_of, memory_size
 from kanefe.kernels.steppers.step_commands import (
     AT,
     DONE,
@@ -43,6 +30,7 @@ from kanefe.kernels.steppers.step_commands import (
     Run,
 )
 from kanefe.kernels.sweeps.outward import motions_of_rows
+from kanefe.kernels.tree import Kind
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.run_forces import CompiledForces
@@ -137,10 +125,10 @@ class Sweeps:
 
     def _turn(self, row: int) -> Matrix:
         """Return the Euler parameters of a row: those of its links, which know how often they have turned."""
-        rows, chain = self.placed[1].tables.rows, []
+        links, chain = links_of(self.placed[1]), []
         while row >= 0 and row not in self._turns:
             chain.append(row)
-            row = int(rows[row, PARENT])
+            row = links[row].parent
         e = self._turns[row] if row >= 0 else np.array(((1.0, 0.0, 0.0, 0.0),))
         for link in reversed(chain):
             self._turns[link] = e = self._turned(e, link)
@@ -148,25 +136,23 @@ class Sweeps:
 
     def _turned(self, e: Matrix, row: int) -> Matrix:
         """Return the Euler parameters of a row from those of the row that carries it."""
-        tables = self.placed[1].tables
-        rows, geometry = tables.rows, tables.geometry
-        kind, parent, at, drive = (int(rows[row, column]) for column in (KIND, PARENT, COORDINATE, DRIVE))
-        axes = np.eye(3) if kind == INTERFACE else geometry[row, AXES : AXES + 9].reshape(3, 3)
+        link = links_of(self.placed[1])[row]
+        axes = np.eye(3) if link.kind == Kind.INTERFACE else np.array(link.axes.numbers).reshape(3, 3)
         if not np.array_equal(axes, np.eye(3)):
             e = multiply(e, euler_parameters_from_matrix(axes)[None])
-        if kind in (SPHERICAL, FREE):
-            first = at + (3 if kind == FREE else 0)
+        if link.kind in (Kind.SPHERICAL, Kind.FREE):
+            first = link.coordinate + (3 if link.kind == Kind.FREE else 0)
             return multiply(e, self._states[:, first : first + 4])
-        if kind <= AXIS:
-            about = 1.0 if kind == REVOLUTE else geometry[row, ABOUT] if kind == AXIS else 0.0
+        if link.kind <= Kind.AXIS:
+            about = link.about if link.kind == Kind.AXIS else float(link.kind == Kind.REVOLUTE)
             if not about:
                 return e
-            angle = about * (self._drives[:, drive, 0] if drive >= 0 else self._states[:, at])
+            angle = about * (self._drives[:, link.drive, 0] if link.drive >= 0 else self._states[:, link.coordinate])
             zero = np.zeros_like(angle)
             return multiply(e, np.column_stack((np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle))))
         # an interface, or a link whose function gives its axes: turns that are looked up
         here = self._moving[:, row, 3:12].reshape(-1, 3, 3)
-        before = self._moving[:, parent, 3:12].reshape(-1, 3, 3) if parent >= 0 else np.eye(3)[None]
+        before = self._moving[:, link.parent, 3:12].reshape(-1, 3, 3) if link.parent >= 0 else np.eye(3)[None]
         own = euler_parameters_from_matrices((before @ axes).transpose(0, 2, 1) @ here)
         own[1:] *= np.cumprod(np.where(np.sum(own[1:] * own[:-1], axis=1) < 0.0, -1.0, 1.0))[:, None]
         return multiply(e, own)

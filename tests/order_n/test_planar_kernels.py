@@ -13,7 +13,7 @@ from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
 from kanefe.kernels.evaluation.evaluation import ASKED
-from kanefe.kernels.planar.evaluation import evaluate_planar, planar_workspace_size
+from kanefe.kernels.planar.evaluation import evaluate_planar, planar_memory_size
 from kanefe.kernels.planar.layout import FLOAT, KIND, PlanarTables
 from kanefe.kernels.steppers.step_commands import NOT_FINITE
 from kanefe.order_n.planar_route import PlanarRoute
@@ -35,7 +35,7 @@ def planar_rates(model: Model, t: float, y: np.ndarray) -> tuple[np.ndarray, int
     assert tables is not None
     values = in_space.values(t, y)
     vectors = np.array((y, np.full(len(y), np.nan)))
-    memory = np.empty(planar_workspace_size(tables))
+    memory = np.empty(planar_memory_size(tables))
     done, _ = evaluate_planar(ASKED._replace(t=t), tables, in_space.drives(t), values, vectors, memory)
     return vectors[1], done
 

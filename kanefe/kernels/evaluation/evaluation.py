@@ -20,13 +20,13 @@ from kanefe.kernels.constraints.loop_tables import hold_size
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_inward
 from kanefe.kernels.joints.by_kind import put_coordinate_rates
-from kanefe.kernels.layout import BORDER_SIZE, COUNT, DETA, DRIVES, ETA, MODAL_SIZE, SPEEDS
+from kanefe.kernels.layout import COUNT, DETA, ETA
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.joint_reactions import add_reactions, follow_reactions
 from kanefe.kernels.loads.loads_between import add_loads_between
 from kanefe.kernels.loads.loads_layout import WHOLE
 from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
-from kanefe.kernels.scene import Rates, Scene, State, Work, bodies_of, links_of, rates_in, state_in, work_in
+from kanefe.kernels.scene import Rates, Scene, Sizes, State, Work, bodies_of, links_of, rates_in, state_in, work_in
 from kanefe.kernels.steppers.step_commands import (
     AT,
     DAMPING_DIRECTION,
@@ -49,15 +49,15 @@ from kanefe.kernels.values.records import laid_out
 
 def scene_of(tables: Tables, flexible: FlexibleTables, between: LoadsBetween, loops: Loops) -> Scene:
     """Return a scene, with what its evaluation writes."""
-    driven = int(tables.sizes[DRIVES])
-    speeds = int(tables.sizes[SPEEDS]) + driven
+    sizes = Sizes(tables.sizes)
+    speeds, modal, border = sizes.free_count + sizes.driven_count, *flexible.sizes[:2].tolist()
     work = laid_out(
         Work,
         row_count=len(tables.rows) + 1,
         speed_count=speeds,
-        driven_count=driven,
-        modal_size=int(flexible.sizes[MODAL_SIZE]),
-        border_size=int(flexible.sizes[BORDER_SIZE]),
+        driven_count=sizes.driven_count,
+        modal_size=modal,
+        border_size=border,
         constraint_count=len(loops.rows),
         holding_size=hold_size(loops),
         bearing_count=len(between.bearings),

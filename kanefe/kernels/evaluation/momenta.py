@@ -13,10 +13,9 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.layout import COORDINATES
 from kanefe.kernels.loads.coordinate_law import coordinate_potential
 from kanefe.kernels.loads.loads_between import potential_between
-from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of, state_in, work_in
+from kanefe.kernels.scene import Scene, Sizes, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.step_commands import (
     AT,
     CENTRE,
@@ -147,7 +146,7 @@ def _put_momenta(scene: Scene, work: Work, reals: np.ndarray) -> None:
 @kernel
 def _put_rigid_motions(scene: Scene, work: Work, reals: np.ndarray, vectors: np.ndarray) -> None:
     """Write the speeds of translations of the scene along the axes of N, and of rotations about its centre of mass."""
-    n = scene.tables.sizes[COORDINATES]
+    n = Sizes(scene.tables.sizes).coordinate_count
     for k in range(6):
         vectors[RIGID + k, :] = 0.0
     centre, links, frames = three(reals, CENTRE), links_of(scene), work.frames

@@ -7,10 +7,13 @@ all coordinates are zero: an angle is then a sum of coordinates, and the axes of
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
+
+import numpy as np
 
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.compiler.signatures import in_place
+from kanefe.kernels.values.records import Array, Record, Start
 
 # Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane
 TURN, SLIDE, FLOAT = range(3)
@@ -66,7 +69,9 @@ class PlanarTables(NamedTuple):
     laws : ndarray, shape (forces, 7)
         Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
     sizes : ndarray of int
-        Coordinates, free speeds, driven coordinates.
+        Coordinates, free speeds, driven coordinates, internal states.
+    work : ndarray of int
+        The whole numbers of `PlanarWork`.
     """
 
     rows: IntegerRows
@@ -77,3 +82,28 @@ class PlanarTables(NamedTuple):
     joint_forces: IntegerRows
     laws: RealRows
     sizes: Integers
+    work: Integers
+
+
+class PlanarWork(Record, is_frozen=True):
+    """What an evaluation writes on its way.
+
+    Attributes
+    ----------
+    size, row_count, speed_count : int
+    work : ndarray, shape (rows, WORK)
+    angles, cosines, sines : ndarray, shape (rows,)
+    applied, added : ndarray, shape (free + driven,)
+        Generalised forces at the joints, and inertia that a linearly implicit evaluation adds along them.
+    """
+
+    size: int
+    row_count: int
+    speed_count: int
+    begins: Annotated[int, Start("memory")]
+    work: Annotated[np.ndarray, Array("row_count", WORK)]
+    angles: Annotated[np.ndarray, Array("row_count")]
+    cosines: Annotated[np.ndarray, Array("row_count")]
+    sines: Annotated[np.ndarray, Array("row_count")]
+    applied: Annotated[np.ndarray, Array("speed_count")]
+    added: Annotated[np.ndarray, Array("speed_count")]

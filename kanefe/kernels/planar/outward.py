@@ -37,9 +37,11 @@ from kanefe.kernels.planar.layout import (
     J,
     M,
     PlanarTables,
+    PlanarWork,
     S,
     W,
 )
+from kanefe.kernels.scene import State
 
 
 @inlined
@@ -51,11 +53,10 @@ def set_ground(work: np.ndarray, angles: np.ndarray) -> None:
 
 
 @inlined
-def sweep_turns(
-    tables: PlanarTables, drives: np.ndarray, q: np.ndarray, u: np.ndarray, angles: np.ndarray, work: np.ndarray
-) -> None:
+def sweep_turns(tables: PlanarTables, state: State, own: PlanarWork) -> None:
     """Write angle and angular velocity of every row."""
-    rows, geometry = tables.rows, tables.geometry
+    rows, geometry, q, u, drives = tables.rows, tables.geometry, state.q, state.u, state.drives
+    angles, work = own.angles, own.work
     for i in range(1, len(rows)):
         kind, parent = rows[i, KIND], rows[i, PARENT]
         angle, w = angles[parent], work[parent, W]
@@ -72,19 +73,10 @@ def sweep_turns(
 
 
 @inlined
-def sweep_outward(
-    tables: PlanarTables,
-    drives: np.ndarray,
-    q: np.ndarray,
-    u: np.ndarray,
-    rates: np.ndarray,
-    cosines: np.ndarray,
-    sines: np.ndarray,
-    has_velocities: bool,
-    work: np.ndarray,
-) -> None:
-    """Write dq/dt, and the motion, inertia and force of all rows; velocities if something asks for them."""
-    rows, geometry = tables.rows, tables.geometry
+def sweep_outward(tables: PlanarTables, state: State, own: PlanarWork, rates: np.ndarray) -> None:
+    """Write dq/dt, and the motion, inertia and force of all rows; velocities if loads ask for them."""
+    rows, geometry, q, u, drives = tables.rows, tables.geometry, state.q, state.u, state.drives
+    work, cosines, sines, has_velocities = own.work, own.cosines, own.sines, len(tables.loads) > 0
     zero = work[0, W]
     for i in range(1, len(rows)):
         kind, parent, at, speed, drive = (

@@ -26,8 +26,11 @@ from kanefe.kernels.planar.layout import (
     SPEED,
     TURN,
     PlanarTables,
+    PlanarWork,
 )
+from kanefe.kernels.scene import Sizes
 from kanefe.kernels.tables import Tables
+from kanefe.kernels.values.records import laid_out
 from kanefe.order_n.tables.frame_offsets import FrameOffset
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
@@ -146,6 +149,7 @@ class _Builder:
             for body, frame_offset in zip(self.model.bodies, self.frame_offsets, strict=True)
             for _ in body.loads
         ]
+        sizes = Sizes(in_space.sizes)
         return PlanarTables(
             rows=np.array(self._integers, dtype=np.int64),
             geometry=np.array(self._numbers),
@@ -155,6 +159,7 @@ class _Builder:
             joint_forces=in_space.joint_forces,
             laws=in_space.laws,
             sizes=in_space.sizes,
+            work=laid_out(PlanarWork, row_count=len(self._integers), speed_count=sizes.free_count + sizes.driven_count),
         )
 
     def _add_row(self, kind: int, parent: int, place: Vector, axis: Vector | None = None, sign: float = 1.0) -> int:
