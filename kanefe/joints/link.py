@@ -13,7 +13,7 @@ from kanefe.kernels.links.places import WrittenMotion
 from kanefe.kernels.tree import Kind
 
 Z = (0.0, 0.0, 1.0)
-SPEEDS = {Kind.FIXED: 0, Kind.SPHERICAL: 3, Kind.FREE: 6}
+SPEEDS: dict[int, int] = {Kind.FIXED: 0, Kind.SPHERICAL: 3, Kind.FREE: 6}
 """Number of speeds of links that do not have one."""
 
 

@@ -13,14 +13,30 @@ from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start,
 from kanefe.kernels.values.tensors import Symmetric, Vector
 
 
-class ModalBody(Record, is_frozen=True):
-    """A flexible body of k modes.
+class ModalCoordinates(Record, is_frozen=True):
+    """The coordinates of a flexible body of k modes.
 
     Attributes
     ----------
     k : int
     first_eta, first_deta : int
         First coordinate and first speed.
+    """
+
+    k: int
+    first_eta: int
+    first_deta: int
+
+
+class AllModalCoordinates(Rows[ModalCoordinates]):
+    """Those of all flexible bodies: of `FlexibleTables.bodies`."""
+
+
+class ModalBody(ModalCoordinates):
+    """A flexible body of k modes.
+
+    Attributes
+    ----------
     link : int
         Its row.
     constants : int
@@ -60,19 +76,10 @@ class ModalBody(Record, is_frozen=True):
         Workspace of these.
     carried, carried_count : int
         First of its interfaces that carry something, in `FlexibleTables.carrying`, and how many they are.
-    exact : int
-        Of a beam that bends far: its constants in the pool, see `exact_beam_layout`; -1: it is not one.
-    exact_cells, exact_points : int
-        Cells, and Gauss points of each.
-    exact_work : int
-        Its place in the modal work.
-    exact_in_plane : bool
-        Whether it bends in the x-y plane of G alone.
+    is_exact : bool
+        Whether it is a beam that bends far, see `kanefe.kernels.beams`.
     """
 
-    k: int
-    first_eta: int
-    first_deta: int
     link: int
     constants: Annotated[int, Start("pool")]
     mass: Annotated[float, One(float)]
@@ -105,11 +112,7 @@ class ModalBody(Record, is_frozen=True):
     bent: Annotated[np.ndarray, Array(9, "k")]
     carried: int
     carried_count: int
-    exact: int
-    exact_cells: int
-    exact_points: int
-    exact_work: int
-    exact_in_plane: bool
+    is_exact: bool
 
 
 class ModalBodies(Rows[ModalBody]):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBody
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.tables import Tables
@@ -27,7 +28,6 @@ PARENT, KIND, COORDINATE, SPEED, DRIVE, FLEXIBLE = _columns(Link, "parent kind c
 HAS_GRAVITY, CARRIES = _columns(Link, "has_gravity carries")
 BASIS, BENDING, BENT = _columns(InterfaceLink, "basis bending bent")
 FUNCTION, COMPLEX_FUNCTION, FIRST_NUMBER = _columns(GivenLink, "function complex_function first_number")
-ROW_INTEGERS = max(InterfaceLink.integer_count, GivenLink.integer_count)
 PLACE, AXES, MASS, FIRST, SECOND = _columns(Link, "place axes mass first second")
 ROTOR, ALONG, ABOUT = _columns(Link, "rotor along about")
 ROW_NUMBERS = Link.number_count
@@ -43,9 +43,7 @@ WORK = FRAME_NUMBERS
 COUNT, ETA, DETA, ROW, POOL, MODAL = _columns(BorderedBody, "k first_eta first_deta link constants work")
 TRANSFORM, DAMPING, CARRIED, CARRIED_COUNT = _columns(BorderedBody, "transform damped carried carried_count")
 BORDER, QUADRATIC, QUADRATIC_WORK = _columns(BorderedBody, "border bends_twice bending")
-EXACT, EXACT_CELLS, EXACT_POINTS = _columns(BorderedBody, "exact exact_cells exact_points")
-EXACT_WORK, EXACT_IN_PLANE = _columns(BorderedBody, "exact_work exact_in_plane")
-BODY_INTEGERS = BorderedBody.integer_count
+BODY_INTEGERS = ExactBeam.integer_count
 
 # Constants of a flexible body, from POOL on
 POOL_STIFFNESS = 10  # diagonal, k
@@ -57,8 +55,6 @@ WORK_PRODUCTS = 2  # 6 symmetric and 3 antisymmetric products with eta
 WORK_COUPLING = 14  # 6 x k: inertia between the motion of G and the modes, in G
 WORK_FORCE = 20
 WORK_SCALE = 22  # of a linearly implicit sweep: what the modes are scaled by
-
-SECTION = 24  # numbers of the motion of a section of a beam that bends far
 
 
 @inlined

@@ -112,6 +112,10 @@ class GivenLink(Link):
     first_number: int
 
 
+LINK_INTEGERS = max(InterfaceLink.integer_count, GivenLink.integer_count)
+"""How many whole numbers are given of each row, whatever its kind."""
+
+
 class Links(Rows[Link]):
     """What is given of all rows: of `Tables.rows` and `Tables.geometry`."""
 

@@ -29,6 +29,13 @@ def as_matrix(A: Numbers) -> Matrix:
 
 
 @inlined
+def nine_of(A: Matrix) -> Numbers:
+    """Return the numbers of a matrix, row by row."""
+    x, y, z = A.x, A.y, A.z
+    return x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z
+
+
+@inlined
 def numbers_of(a: Vector) -> Numbers:
     """Return a value as three numbers."""
     return a.x, a.y, a.z

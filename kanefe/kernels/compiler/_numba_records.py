@@ -41,8 +41,9 @@ from kanefe.kernels.values.records import (
     Table,
     lacks,
     numbers_from,
+    vectors,
 )
-from kanefe.kernels.values.tensors import KINDS, Value
+from kanefe.kernels.values.tensors import KINDS, Value, Vector
 
 INTEGER, PART = ir.IntType(64), ir.IntType(32)
 
@@ -368,6 +369,21 @@ class _Numbers(AttributeTemplate):  # type: ignore[misc]
 def _all_numbers(context: Any, builder: Any, kind: Any, value: Any, name: str) -> Any:
     count = builder.mul(builder.extract_value(value, 1), INTEGER(kind.kind.count))
     return array_at(context, builder, types.Array(kind.scalar, 1, "C"), builder.extract_value(value, 0), [count])
+
+
+@infer_global(vectors)
+class _Vectors(AbstractTemplate):  # type: ignore[misc]
+    def generic(self, args: Any, kws: Any) -> Any:
+        """Return the signature for types of arguments."""
+        if len(args) == 1 and getattr(args[0], "ndim", 0) == 2 and args[0].layout == "C":
+            return signature(ManyType(Vector, args[0].dtype), *args)
+        raise TypingError(f"vectors are made of contiguous arrays of two axes, not of {args}")
+
+
+@lower_builtin(vectors, types.Array)
+def _columns(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
+    array = context.make_array(sig.args[0])(context, builder, arguments[0])
+    return _structure(context, builder, sig.return_type, [array.data, cgutils.unpack_tuple(builder, array.shape, 2)[1]])
 
 
 @infer_global(len)

@@ -160,7 +160,7 @@ def _give_way(scene: Scene, work: Work, visit: Visit, is_implicit: bool) -> tupl
     p, x, moved, y, basis, first, own = visit.p, visit.x, visit.moved, visit.y, body.basis, body.first_deta, 0.0 * G.x.x
     for d in range(len(p)):
         own += (extents[first + d] * p[d]) ** 2
-    scale(scene.flexible.bodies[f], p.reshape(1, len(p)), work.modal, is_implicit)
+    scale(body, p.reshape(1, len(p)), is_implicit)
     a, b = push_through_modes(body, p, visit.on, moved, y)
     copy(p, x)
     for c in range(len(y)):

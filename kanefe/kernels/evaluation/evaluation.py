@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.bodies import AllModalCoordinates
 from kanefe.kernels.compiler._numba import expanded, inlined
 from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import entry
@@ -20,7 +21,6 @@ from kanefe.kernels.constraints.loop_tables import hold_size
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_inward
 from kanefe.kernels.joints.by_kind import put_coordinate_rates
-from kanefe.kernels.layout import COUNT, DETA, ETA
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.joint_reactions import add_reactions, follow_reactions
 from kanefe.kernels.loads.loads_between import add_loads_between
@@ -50,7 +50,8 @@ from kanefe.kernels.values.records import laid_out
 def scene_of(tables: Tables, flexible: FlexibleTables, between: LoadsBetween, loops: Loops) -> Scene:
     """Return a scene, with what its evaluation writes."""
     sizes = Sizes(tables.sizes)
-    speeds, modal, border = sizes.free_count + sizes.driven_count, *flexible.sizes[:2].tolist()
+    speeds = sizes.free_count + sizes.driven_count
+    modal, border, _ = flexible.sizes.tolist()
     work = laid_out(
         Work,
         row_count=len(tables.rows) + 1,
@@ -160,12 +161,12 @@ def put_rates(
 @inlined
 def put_rates_of_coordinates(scene: Scene, state: State, dq: np.ndarray) -> None:
     """Write dq/dt (Eq. 5, 6)."""
-    links, bodies = links_of(scene), scene.flexible.bodies
+    links, bodies = links_of(scene), AllModalCoordinates(scene.flexible.bodies)
     for i in range(len(links)):
         put_coordinate_rates(links[i], state.q, state.u, dq)
     for f in range(len(bodies)):
-        at, speed = bodies[f, ETA], bodies[f, DETA]
-        for j in range(bodies[f, COUNT]):
+        at, speed = bodies[f].first_eta, bodies[f].first_deta
+        for j in range(bodies[f].k):
             dq[at + j] = state.u[speed + j]
 
 

@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
@@ -21,11 +22,11 @@ from kanefe.kernels.joints.handing import hand_inward
 from kanefe.kernels.joints.motion import put_three
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import total
-from kanefe.kernels.sweeps.exact_beam_layout import beam_work_in
+from kanefe.kernels.sweeps.exact_beams import column_of
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink, Kind, Link
-from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, dot
+from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 class Columns(NamedTuple):
@@ -88,19 +89,13 @@ def _put_joint(columns: Columns, i: int) -> None:
         if link.kind == Kind.FREE:
             axes = frames[link.parent].R @ link.axes
             for c in range(3):
-                _put_motion(columns, i, _column(axes, c), ZERO, speed + c)
+                _put_motion(columns, i, column_of(axes, c), ZERO, speed + c)
             speed += 3
         for c in range(3):
-            _put_motion(columns, i, ZERO, _column(frame.R, c), speed + c)
+            _put_motion(columns, i, ZERO, column_of(frame.R, c), speed + c)
         return
     v, w = partials(link, frame)
     _put_motion(columns, i, v, w, speed)
-
-
-@inlined
-def _column(A: Matrix, c: int) -> Vector:
-    """Return a column of a matrix."""
-    return A.x if c == 0 else (A.y if c == 1 else A.z)
 
 
 @kernel
@@ -126,10 +121,10 @@ def _put_modes(columns: Columns, i: int) -> None:
     if k == 0:
         return
     for j in range(k):
-        if body.exact < 0:
+        if not body.is_exact:
             found[first + j, first + j] += 1.0
         else:
-            mass = beam_work_in(scene.flexible.bodies[f], work.modal).mass
+            mass = ExactBeam(body).inertia_of_rates
             found[first + j, first + j] += mass[j, j]
             for other in range(j):
                 found[first + j, first + other] += mass[j, other]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
@@ -88,11 +89,11 @@ def _momenta_of_row(link: Link, frame: Frame, bodies: BorderedBodies) -> tuple[V
 @kernel
 def _modal_energies(scene: Scene, work: Work, f: int, frame: Frame) -> tuple[float, float]:
     """Return the kinetic energy of the modes, beyond their share in the momenta, and their strain energy."""
-    body, flexible = bodies_of(scene, work)[f], scene.flexible
+    body = bodies_of(scene, work)[f]
     eta, deta, stiffness, back = body.eta, body.deta, body.stiffness, frame.R.T
     carried = dot(back @ frame.v, combination(body.linear, deta)) + dot(back @ frame.w, combination(body.angular, deta))
-    if body.exact >= 0:
-        own, strain = energies_of_beam(flexible, flexible.bodies[f], eta, deta, work.modal)
+    if body.is_exact:
+        own, strain = energies_of_beam(ExactBeam(body))
         return 0.5 * (carried + own), strain
     own = strain = 0.0
     for j in range(body.k):

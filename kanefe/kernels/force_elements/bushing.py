@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import as_matrix, numbers_of
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, Done, End, Ends, Wrenches
@@ -38,7 +37,7 @@ def bushing(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: An
     own, done = BushingNumbers(numbers), Done(out)
     d, theta, rate, spin = seen_from_a(ends)
     none = 0.0 * theta
-    tangent = as_matrix(slope_motion(0, numbers_of(theta), numbers_of(none))[1])
+    tangent = slope_motion(0, theta, none)[1]
     turning = solved(tangent, spin)
     spring, spring_r = six_by_six(own.stiffness, d, theta)
     beside, beside_r = six_by_six(own.stiffness, rate, turning)

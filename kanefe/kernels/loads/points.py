@@ -10,9 +10,11 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import (
     accumulate,
+    as_vector,
     cross,
     matrix,
     minus,
+    nine_of,
     plus,
     product,
     put_three,
@@ -124,7 +126,8 @@ def put_points(scene: Scene, work: Work, n: int, first_gathered: int) -> None:
         v = plus(plus(velocity, cross(w, lever)), rotated(G, three(space, rates_at + at)))
         if width == 6:
             slope_rates = three(space, rates_at + at + 3)
-            turn, T, _ = slope_motion(slopes, three(space, at + 3), slope_rates)
+            turned, tangent, _ = slope_motion(slopes, as_vector(three(space, at + 3)), as_vector(slope_rates))
+            turn, T = nine_of(turned), nine_of(tangent)
             axes, w = product(G, turn), plus(w, rotated(G, rotated(T, slope_rates)))
             for i in range(9):
                 space[2 * rates_at + 9 * (skipped + e) + i] = T[i]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from kanefe.kernels.bodies import AllModalCoordinates
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.joints.by_kind import advance_joint
-from kanefe.kernels.layout import COUNT, DETA, ETA
 from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import Links
 
@@ -19,7 +19,8 @@ def advance(
     links = Links(tables.rows, tables.geometry)
     for i in range(len(links)):
         advance_joint(links[i], q, step, share, moved)
-    for f in range(len(flexible.bodies)):
-        at, speed = flexible.bodies[f, ETA], flexible.bodies[f, DETA]
-        for j in range(flexible.bodies[f, COUNT]):
+    bodies = AllModalCoordinates(flexible.bodies)
+    for f in range(len(bodies)):
+        at, speed = bodies[f].first_eta, bodies[f].first_deta
+        for j in range(bodies[f].k):
             moved[at + j] = q[at + j] + share * step[speed + j]

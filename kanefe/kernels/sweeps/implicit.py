@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.loads.coordinate_law import coordinate_slopes
 from kanefe.kernels.planar.layout import PlanarTables
@@ -47,9 +48,9 @@ def stiffen_modes(scene: Scene, work: Work, pushes: Pushes) -> None:
         k, speed = body.k, body.first_deta
         along_damping = pushes.along_damping[speed : speed + k]
         along_stiffness = pushes.along_stiffness[speed : speed + k]
-        if body.exact >= 0:
+        if body.is_exact:
             own = Pushes(pushes.damping, pushes.stiffness, along_damping, along_stiffness)
-            stiffen_beam(scene.flexible, f, own, work.modal)
+            stiffen_beam(ExactBeam(body), own)
             continue
         workspace = body.even.numbers
         of_damping, of_stiffness = workspace[:k], workspace[k : 2 * k]

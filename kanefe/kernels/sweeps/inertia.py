@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.joints.motion import three
@@ -23,8 +24,8 @@ def set_inertia(scene: Scene, work: Work) -> None:
         link, frame = links[i], frames[i]
         if link.kind != Kind.INTERFACE and link.flexible >= 0:
             body = bodies[link.flexible]
-            if body.exact >= 0:
-                set_exact(scene.flexible, link.flexible, i, frames.numbers, work.modal)
+            if body.is_exact:
+                set_exact(ExactBeam(body), frame)
             elif body.k > 0:
                 set_flexible(body, frame)
             else:

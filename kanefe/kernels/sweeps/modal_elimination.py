@@ -17,13 +17,13 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, solve, solve_columns
+from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.joints.handing import hand_force_inward, hand_inward
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.layout import EXACT, WORK_SCALE
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
-from kanefe.kernels.sweeps.elastic import combination, span, total, transposed_product
+from kanefe.kernels.sweeps.elastic import combination, total, transposed_product
 from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
 from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink
 from kanefe.kernels.values.records import Values
@@ -105,7 +105,7 @@ def _gather(scene: Scene, work: Work, body: BorderedBody, c: int, i: int, is_imp
         _place_basis(flexible.pool[own.basis : own.basis + 6 * k].reshape(6, k), T, basis)
     else:
         _place_basis(modal[own.bent : own.bent + 6 * k].reshape(6, k), T, basis)
-    scale(flexible.bodies[own.flexible], basis, modal, is_implicit)
+    scale(body, basis, is_implicit)
     r = back @ frame.r
     for a in range(6):
         put_three(lever[a], 0, -combination(body.linear, basis[a]))
@@ -200,7 +200,7 @@ def eliminate_modal_forces(scene: Scene, work: Work, f: int, is_implicit: bool) 
             hand_force_inward(frame, moved.r, moved.f, moved.n)
         return
     G, p, column = frame.R, body.p, body.column
-    scale(flexible.bodies[f], p.reshape(1, k), work.modal, is_implicit)
+    scale(body, p.reshape(1, k), is_implicit)
     for c in range(count):
         moved = frames[flexible.carrying[body.carried + c]]
         put_three(column, 6 * c, G.T @ moved.f)
@@ -255,8 +255,8 @@ def modal_accelerations(scene: Scene, work: Work, f: int, is_implicit: bool, du:
             shift = Vector(total(basis[at], x), total(basis[at + 1], x), total(basis[at + 2], x))
             turn = Vector(total(basis[at + 3], x), total(basis[at + 4], x), total(basis[at + 5], x))
             _carry(frame, frames[flexible.carrying[body.carried + c]], shift, turn)
-    if body.exact >= 0:
-        from_unit_mass(flexible.bodies[f], x, work.modal)
+    if body.is_exact:
+        from_unit_mass(ExactBeam(body), x)
     elif is_implicit:
         scale_rows(x.reshape(1, k), body.scale)
     if body.transform < 0:
@@ -282,12 +282,12 @@ def _respond(body: ModalBody, a: Vector, alpha: Vector) -> None:
 
 
 @inlined
-def scale(body: np.ndarray, rows: np.ndarray, modal: np.ndarray, is_implicit: bool) -> None:
+def scale(body: BorderedBody, rows: np.ndarray, is_implicit: bool) -> None:
     """Replace forces on the coordinates of a body, or motions by them, by those of coordinates of unit mass."""
-    if body[EXACT] >= 0:
-        to_unit_mass(body, rows, modal)
+    if body.is_exact:
+        to_unit_mass(ExactBeam(body), rows)
     elif is_implicit:
-        scale_rows(rows, modal[span(body, WORK_SCALE)])
+        scale_rows(rows, body.scale)
 
 
 @vector_kernel

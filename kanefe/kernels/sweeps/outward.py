@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import as_matrix, as_vector, numbers_of
-from kanefe.kernels.bodies import ModalBody
+from kanefe.kernels.beams import ExactBeam
+from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
@@ -17,7 +17,7 @@ from kanefe.kernels.joints.motion import put_motion, put_three, three
 from kanefe.kernels.layout import SLOPES
 from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import combined, modal_state, transposed_product
-from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections, section_motion
+from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections
 from kanefe.kernels.sweeps.slopes import slope_motion
 from kanefe.kernels.tables import FlexibleTables
 from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink, Kind
@@ -42,11 +42,11 @@ def sweep_outward(scene: Scene, state: State, work: Work, keeps: bool) -> None:
             continue
         move(link, scene.tables.numbers, frame, parent, state.drives, q, u)
         if link.flexible >= 0:
-            is_exact = bodies[link.flexible].exact >= 0
-            is_kept = keeps and is_exact and is_as_before(flexible, link.flexible, q, u, modal)
-            modal_state(bodies[link.flexible], q, u)
-            if is_exact:
-                move_sections(flexible, link.flexible, is_kept, modal)
+            body = bodies[link.flexible]
+            is_kept = keeps and body.is_exact and is_as_before(ExactBeam(body), q, u)
+            modal_state(body, q, u)
+            if body.is_exact:
+                move_sections(ExactBeam(body), is_kept)
 
 
 @inlined
@@ -86,19 +86,17 @@ def _by_modes(
 
 @kernel
 def _move_interface(
-    flexible: FlexibleTables, body: ModalBody, link: InterfaceLink, frame: Frame, parent: Frame, modal: np.ndarray
+    flexible: FlexibleTables, body: BorderedBody, link: InterfaceLink, frame: Frame, parent: Frame, modal: np.ndarray
 ) -> None:
     """Write the motion of an interface frame n of a flexible body (Eq. 22, 24-26)."""
     T = IDENTITY
-    if body.exact >= 0:
-        place, axes, velocity, turning, rest, bent = section_motion(flexible.bodies[link.flexible], link.basis, modal)
-        r, A, slide, spin = as_vector(place), as_matrix(axes) @ link.axes, as_vector(velocity), as_vector(turning)
-        pull, bend = as_vector(rest), as_vector(bent)
+    if body.is_exact:
+        section = ExactBeam(body).sections[link.basis]
+        r, A, slide, spin, pull, bend = section.p, section.A @ link.axes, section.v, section.w, section.Z, section.Y
     else:
         displacement, slopes, slide, rates, pull, twist = _by_modes(flexible, link, body, modal)
-        turned, tangent, remainder = slope_motion(flexible.sizes[SLOPES], numbers_of(slopes), numbers_of(rates))
-        A, T = as_matrix(turned), as_matrix(tangent)
-        r, spin, bend = link.place + displacement, T @ rates, as_vector(remainder) + T @ twist
+        A, T, remainder = slope_motion(flexible.sizes[SLOPES], slopes, rates)
+        r, spin, bend = link.place + displacement, T @ rates, remainder + T @ twist
     G = parent.R
     frame.R, InterfaceFrame(frame).tangent = G @ A, T
     put_motion(frame, parent, G @ r, G @ slide, G @ spin, G @ pull, G @ bend)

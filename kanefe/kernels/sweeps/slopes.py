@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, cross, dot, plus, times
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.layout import TAIT_BRYAN
+from kanefe.kernels.values.tensors import IDENTITY, Matrix, Vector, cross, dot, skew
 
 # Coefficients of x^2k, lowest first, of sin x / x, (1 - cos x) / x^2, (x - sin x) / x^3 and of the derivatives of the
 # last two divided by x. Ten terms are round-off at |x| = 1.
@@ -28,7 +28,7 @@ _TERMS = np.array(
 
 
 @inlined
-def exponential_coefficients(square: Any) -> Numbers:
+def exponential_coefficients(square: Any) -> tuple[Any, Any, Any, Any, Any]:
     """Return the five functions of `_TERMS` of the square of an angle."""
     if square.real < 1.0:
         s = c = b = da = db = 0.0 * square
@@ -51,43 +51,35 @@ def exponential_coefficients(square: Any) -> Numbers:
 
 
 @inlined
-def _polynomial(theta: Numbers, of_skew: Any, of_square: Any) -> Numbers:
-    """Return I + of_skew theta~ + of_square theta~^2."""
-    x, y, z = theta
-    return (
-        1.0 - of_square * (y * y + z * z), of_square * x * y - of_skew * z, of_square * x * z + of_skew * y,
-        of_square * x * y + of_skew * z, 1.0 - of_square * (x * x + z * z), of_square * y * z - of_skew * x,
-        of_square * x * z - of_skew * y, of_square * y * z + of_skew * x, 1.0 - of_square * (x * x + y * y),
-    )  # fmt: skip
+def _polynomial(theta: Vector, of_skew: Any, of_square: Any) -> Matrix:
+    """Return 1 + of_skew theta~ + of_square theta~^2."""
+    turned = skew(theta).full
+    return IDENTITY + of_skew * turned + of_square * (skew(theta) @ turned)
 
 
 @kernel
-def slope_motion(measure: int, theta: Numbers, rates: Numbers) -> tuple[Numbers, Numbers, Numbers]:
+def slope_motion(measure: int, theta: Vector, rates: Vector) -> tuple[Matrix, Matrix, Vector]:
     """Return A_Gn, the tangent T of w_Gn_G = T dtheta, and dT/dt dtheta."""
     if measure == TAIT_BRYAN:
         return _tait_bryan_motion(theta, rates)
     s, c, b, da, db = exponential_coefficients(dot(theta, theta))
-    turn = cross(theta, rates)
-    along = dot(theta, rates)
-    remainder = plus(times(da * along, turn), plus(times(db * along, cross(theta, turn)), times(b, cross(rates, turn))))
+    turn, along = cross(theta, rates), dot(theta, rates)
+    remainder = da * along * turn + db * along * cross(theta, turn) + b * cross(rates, turn)
     return _polynomial(theta, s, c), _polynomial(theta, c, b), remainder
 
 
 @kernel
-def _tait_bryan_motion(theta: Numbers, rates: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    cx, sx = np.cos(theta[0]), np.sin(theta[0])
-    cy, sy = np.cos(theta[1]), np.sin(theta[1])
-    cz, sz = np.cos(theta[2]), np.sin(theta[2])
-    A = (
+def _tait_bryan_motion(theta: Vector, rates: Vector) -> tuple[Matrix, Matrix, Vector]:
+    cx, sx = np.cos(theta.x), np.sin(theta.x)
+    cy, sy = np.cos(theta.y), np.sin(theta.y)
+    cz, sz = np.cos(theta.z), np.sin(theta.z)
+    zero, one = 0.0 * cx, 0.0 * cx + 1.0
+    x, y = Vector(cz * cy, sz * cy, -sy), Vector(-sz, cz, zero)  # axes of the first two turns
+    A = Matrix(
         cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx,
         sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx,
         -sy, cy * sx, cy * cx,
     )  # fmt: skip
-    zero, one = 0.0 * cx, 0.0 * cx + 1.0
-    T = (cz * cy, -sz, zero, sz * cy, cz, zero, -sy, zero, one)
-    along_z = (zero, zero, rates[2])
-    along_zy = (-sz * rates[1], cz * rates[1], rates[2])
-    remainder = plus(
-        times(rates[1], cross(along_z, (-sz, cz, zero))), times(rates[0], cross(along_zy, (cz * cy, sz * cy, -sy)))
-    )
-    return A, T, remainder
+    T = Matrix(x.x, y.x, zero, x.y, y.y, zero, x.z, y.z, one)
+    along_z = Vector(zero, zero, rates.z)
+    return A, T, rates.y * cross(along_z, y) + rates.x * cross(along_z + rates.y * y, x)

@@ -44,7 +44,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
 
-from kanefe.kernels.values.tensors import KINDS, Value
+from kanefe.kernels.values.tensors import KINDS, Value, Vector
 
 INTEGERS, NUMBERS = "integers", "numbers"
 """Names of the arrays that have a row for each record."""
@@ -235,6 +235,11 @@ class Values:
         if type(value) is not self._kind:
             raise TypeError(f"a {self._kind.__name__} is wanted, not a {type(value).__name__}")
         self._components[:, i] = value.numbers
+
+
+def vectors(rows: np.ndarray) -> Values:
+    """Return the columns of an array of three rows, (3, n), as vectors."""
+    return Values(rows.reshape(-1), Vector)
 
 
 class Field:

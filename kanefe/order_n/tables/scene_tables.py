@@ -12,62 +12,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
+from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler.addresses import addresses
-from kanefe.kernels.layout import (
-    ABOUT,
-    ALONG,
-    AXES,
-    BASIS,
-    BENDING,
-    BENT,
-    BODY_INTEGERS,
-    BORDER,
-    CARRIED,
-    CARRIED_COUNT,
-    CARRIES,
-    COMPLEX_FUNCTION,
-    COORDINATE,
-    COUNT,
-    DAMPING,
-    DETA,
-    DRIVE,
-    ETA,
-    EXACT,
-    EXACT_CELLS,
-    EXACT_IN_PLANE,
-    EXACT_POINTS,
-    EXACT_WORK,
-    FIRST,
-    FIRST_NUMBER,
-    FIXED,
-    FLEXIBLE,
-    FUNCTION,
-    HAS_GRAVITY,
-    INTERFACE,
-    KIND,
-    MASS,
-    MODAL,
-    PARENT,
-    PLACE,
-    POOL,
-    QUADRATIC,
-    QUADRATIC_WORK,
-    ROTATION_VECTOR,
-    ROTOR,
-    ROW,
-    ROW_INTEGERS,
-    ROW_NUMBERS,
-    SECOND,
-    SPEED,
-    TAIT_BRYAN,
-    TRANSFORM,
-)
+from kanefe.kernels.layout import ROTATION_VECTOR, TAIT_BRYAN
 from kanefe.kernels.links.places import SIGNATURE
-from kanefe.kernels.sweeps.exact_beam_layout import beam_work_size, motion_of_section
 from kanefe.kernels.tables import FlexibleTables, Tables
+from kanefe.kernels.tree import LINK_INTEGERS, GivenLink, InterfaceLink, Kind, Link
+from kanefe.kernels.values import tensors
 from kanefe.kernels.values.records import room
-from kanefe.order_n.tables.exact_beam_tables import beam_numbers, constants_of_beam
+from kanefe.order_n.tables.exact_beam_tables import (
+    BEAM_LENGTHS,
+    beam_numbers,
+    constants_of_beam,
+    place_of_motion,
+    put_beam,
+)
 from kanefe.order_n.tables.frame_offsets import FrameOffset, FrameOffsets
 from kanefe.order_n.tables.load_tables import attached_interfaces, joint_force_tables, point_load_tables
 from kanefe.order_n.tables.modal_constants import modal_constants
@@ -111,8 +71,8 @@ class TableBuilder(FrameOffsets):
 
     def __init__(self, model: ModelData, is_complete: bool = False) -> None:
         super().__init__(model)
-        self._integers: list[np.ndarray] = []
-        self._numbers: list[np.ndarray] = []
+        self._rows: list[tuple[np.ndarray, np.ndarray]] = []
+        self._links: list[Link] = []
         self._bodies: list[np.ndarray] = []
         self._pool = _Pool()
         self._of_links = _Pool()
@@ -129,8 +89,8 @@ class TableBuilder(FrameOffsets):
         model = self.model
         point_loads, joint_forces = point_load_tables(self), joint_force_tables(self)
         tables = Tables(
-            rows=np.array(self._integers).reshape(-1, ROW_INTEGERS),
-            geometry=np.array(self._numbers).reshape(-1, ROW_NUMBERS),
+            rows=np.array([integers for integers, _ in self._rows]).reshape(-1, LINK_INTEGERS),
+            geometry=np.array([numbers for _, numbers in self._rows]).reshape(-1, Link.number_count),
             gravity=np.array(model.gravity),
             loads=point_loads[0],
             points=point_loads[1],
@@ -140,7 +100,7 @@ class TableBuilder(FrameOffsets):
             numbers=np.concatenate((*self._of_links.parts, np.zeros(0))),
         )
         return tables, FlexibleTables(
-            bodies=np.array(self._bodies, dtype=np.int64).reshape(-1, BODY_INTEGERS),
+            bodies=np.array(self._bodies, dtype=np.int64).reshape(-1, ExactBeam.integer_count),
             pool=np.concatenate((*self._pool.parts, np.zeros(0))),
             carrying=np.array(self._carrying, dtype=np.int64),
             fields=np.array(self._fields, dtype=np.int64).reshape(-1, 7),
@@ -160,7 +120,7 @@ class TableBuilder(FrameOffsets):
         elif body.flexible is not None:
             if not np.array_equal(frame_offset.axes, np.eye(3)):
                 frame_offset = FrameOffset(
-                    self._add_row(FIXED, frame_offset.row, frame_offset.place, frame_offset.axes),
+                    self._add_row(Kind.FIXED, frame_offset.row, frame_offset.place, frame_offset.axes),
                     np.eye(3),
                     np.zeros(3),
                 )
@@ -171,55 +131,55 @@ class TableBuilder(FrameOffsets):
         """Return whether a body is a rigid part of the row it is fixed to."""
         if self._is_complete or row < 0 or body.rigid is None or not body.joint.is_fixed:
             return False
-        integers = self._integers[row]
-        is_rigid = integers[KIND] != INTERFACE and integers[FLEXIBLE] < 0
-        return bool(is_rigid and integers[HAS_GRAVITY] == body.has_gravity)
+        link = self._links[row]
+        is_rigid = link.kind != Kind.INTERFACE and link.flexible < 0
+        return is_rigid and link.has_gravity == body.has_gravity
 
     def _add_links(self, body: BodyTerms, parent: int, place: Vector, axes: Matrix) -> FrameOffset:
         row, speed, coordinate = parent, 0, 0
-        for link in body.joint.links() or ():
-            turn = link.turn
-            row = self._add_row(link.kind, row, place, axes @ turn, link.along, link.about)
-            integers = self._integers[row]
-            if link.kernel is not None:
-                functions = addresses(link.kernel.real, link.kernel.complex_, SIGNATURE)
-                integers[FUNCTION], integers[COMPLEX_FUNCTION] = functions
-                integers[FIRST_NUMBER] = self._of_links.add(link.kernel.numbers)
-            if not link.is_fixed:
-                integers[SPEED] = body.speeds[speed]
+        for joint_link in body.joint.links() or ():
+            turn, kernel = joint_link.turn, joint_link.kernel
+            row = self._add_row(joint_link.kind, row, place, axes @ turn, joint_link.along, joint_link.about)
+            link = self._links[row]
+            if kernel is not None:
+                given = GivenLink(link)
+                given.function, given.complex_function = addresses(kernel.real, kernel.complex_, SIGNATURE)
+                given.first_number = self._of_links.add(kernel.numbers)
+            if not joint_link.is_fixed:
+                link.speed = body.speeds[speed]
                 if body.speeds[speed] >= self.model.free_count:
-                    integers[DRIVE] = body.speeds[speed] - self.model.free_count
+                    link.drive = body.speeds[speed] - self.model.free_count
                 else:
-                    integers[COORDINATE] = body.coordinates[coordinate]
-            speed, coordinate = speed + link.speed_count, coordinate + link.coordinate_count
+                    link.coordinate = body.coordinates[coordinate]
+            speed, coordinate = speed + joint_link.speed_count, coordinate + joint_link.coordinate_count
             place, axes = np.zeros(3), turn.T
         return FrameOffset(row, axes, place)
 
     def _add_row(
         self, kind: int, parent: int, place: Vector, axes: Matrix, along: float = 0.0, about: float = 0.0
     ) -> int:
-        integers, numbers = np.full(ROW_INTEGERS, -1, dtype=np.int64), np.zeros(ROW_NUMBERS)
-        integers[PARENT], integers[KIND], integers[HAS_GRAVITY], integers[CARRIES] = parent, kind, 1, 0
-        numbers[PLACE : PLACE + 3] = place
-        numbers[AXES : AXES + 9] = axes.ravel()
-        numbers[ALONG], numbers[ABOUT] = along, about
-        self._integers.append(integers)
-        self._numbers.append(numbers)
-        return len(self._integers) - 1
+        arrays = np.full(LINK_INTEGERS, -1, dtype=np.int64), np.zeros(Link.number_count)
+        link = Link(*arrays)
+        link.parent, link.kind, link.has_gravity, link.carries = parent, kind, True, False
+        link.place, link.axes = tensors.Vector(*place), tensors.Matrix(*axes.ravel())
+        link.along, link.about = along, about
+        self._rows.append(arrays)
+        self._links.append(link)
+        return len(self._links) - 1
 
     def _add_mass(self, body: BodyTerms, frame_offset: FrameOffset) -> None:
-        rigid, numbers = body.rigid, self._numbers[frame_offset.row]
+        rigid, link = body.rigid, self._links[frame_offset.row]
         if rigid is None:
             return
         com = frame_offset.place + frame_offset.axes @ rigid.com
         about_origin = frame_offset.axes @ rigid.inertia @ frame_offset.axes.T + rigid.mass * (
             com @ com * np.eye(3) - np.outer(com, com)
         )
-        numbers[MASS] += rigid.mass
-        numbers[FIRST : FIRST + 3] += rigid.mass * com
-        numbers[SECOND : SECOND + 6] += about_origin[UPPER]
-        numbers[ROTOR : ROTOR + 3] += frame_offset.axes @ rigid.rotor
-        self._integers[frame_offset.row][HAS_GRAVITY] = body.has_gravity
+        link.mass += rigid.mass
+        link.first += tensors.Vector(*(rigid.mass * com))
+        link.second += tensors.Symmetric(*about_origin[UPPER])
+        link.rotor += tensors.Vector(*(frame_offset.axes @ rigid.rotor))
+        link.has_gravity = body.has_gravity
 
     def _add_flexible(
         self, number: int, body: BodyTerms, row: int, attached: dict[str, tuple[InterfaceFrame, bool]]
@@ -230,49 +190,48 @@ class TableBuilder(FrameOffsets):
         k = terms.body.free_count
         line = terms.body.line
         modes = modal_constants(terms) if line is None else constants_of_beam(terms)
-        integers = np.full(BODY_INTEGERS, -1, dtype=np.int64)
-        integers[COUNT], integers[ROW] = k, row
-        self._integers[row][HAS_GRAVITY] = body.has_gravity
-        integers[ETA], integers[DETA] = terms.eta.start, terms.speeds.start
-        integers[POOL] = self._pool.add(*modes.constants)
+        integers, none = np.full(ExactBeam.integer_count, -1, dtype=np.int64), np.zeros(0)
+        own = ExactBeam(integers, none, none, none)
+        own.k, own.link, own.is_exact = k, row, line is not None
+        self._links[row].has_gravity = body.has_gravity
+        own.first_eta, own.first_deta = terms.eta.start, terms.speeds.start
+        own.constants = self._pool.add(*modes.constants)
         if modes.transform is not None:
-            integers[TRANSFORM] = self._pool.add(*modes.transform)
+            own.transform = self._pool.add(*modes.transform)
         if modes.damping is not None:
-            integers[DAMPING] = self._pool.add(modes.damping)
-        integers[MODAL] = self._modal_space(room(ModalBody, "work", k=k))
+            own.damped = self._pool.add(modes.damping)
+        own.work = self._modal_space(room(ModalBody, "work", k=k))
         if line is not None:
-            integers[EXACT] = self._pool.add(*beam_numbers(line, terms.body.stiffness))
-            integers[EXACT_CELLS], integers[EXACT_POINTS] = len(line.lengths), len(line.points)
-            integers[EXACT_IN_PLANE] = line.is_in_plane
-            integers[EXACT_WORK] = self._modal_space(beam_work_size(k, len(line.lengths), len(line.points)))
+            put_beam(own, line)
+            own.line = self._pool.add(*beam_numbers(line, terms.body.stiffness))
+            own.moving = self._modal_space(room(ExactBeam, "moving", **{n: getattr(own, n) for n in BEAM_LENGTHS}))
         if modes.quadratic is not None:
-            integers[QUADRATIC] = self._pool.add(modes.quadratic)
-            integers[QUADRATIC_WORK] = self._modal_space(room(ModalBody, "bending", k=k))
+            own.bends_twice = self._pool.add(modes.quadratic)
+            own.bending = self._modal_space(room(ModalBody, "bending", k=k))
         flexible = len(self._bodies)
         self.modes[number], self.flexible_numbers[number] = modes, flexible
-        self._integers[row][FLEXIBLE] = flexible
-        integers[CARRIED] = len(self._carrying)
+        self._links[row].flexible = flexible
+        own.carried = len(self._carrying)
         from kanefe.bodies.exact.beam import SectionFrame
 
         for name, (frame, carries) in attached.items():
             axes = frame.at_rest.T if isinstance(frame, SectionFrame) else np.eye(3)
-            at = self._add_row(INTERFACE, row, frame.position, axes)
-            self._integers[at][FLEXIBLE] = flexible
+            at = self._add_row(Kind.INTERFACE, row, frame.position, axes)
+            link = InterfaceLink(self._links[at])
+            link.flexible, link.carries = flexible, carries
             if not isinstance(frame, SectionFrame):
-                self._integers[at][BASIS] = self._pool.add(modes.of_interface(frame.motion[:, :k]))
+                link.basis = self._pool.add(modes.of_interface(frame.motion[:, :k]))
             else:
-                self._integers[at][BASIS] = frame.station
-                self._integers[at][BENT] = motion_of_section(integers, frame.station)
-            self._integers[at][CARRIES] = carries
+                link.basis, link.bent = frame.station, place_of_motion(own, frame.station)
             if frame.quadratic is not None and k:
-                self._integers[at][BENDING] = self._pool.add(modes.of_bending(frame.quadratic[:, :k, :k]))
-                self._integers[at][BENT] = self._modal_space(12 * k)
+                link.bending = self._pool.add(modes.of_bending(frame.quadratic[:, :k, :k]))
+                link.bent = self._modal_space(12 * k)
             self.interfaces[number, name] = at
             if carries:
                 self._carrying.append(at)
-        integers[CARRIED_COUNT] = len(self._carrying) - integers[CARRIED]
-        integers[BORDER] = self._border
-        self._border += room(BorderedBody, "border", k=k, carried_count=int(integers[CARRIED_COUNT]))
+        own.carried_count = len(self._carrying) - own.carried
+        own.border = self._border
+        self._border += room(BorderedBody, "border", k=k, carried_count=own.carried_count)
         for load in body.field_loads:
             constants = self._pool.add(*modes.of_field(load, k))
             quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
