@@ -10,15 +10,17 @@ import numpy as np
 from kanefe.fmu import c_text as c
 from kanefe.fmu.image import Image, NeedsPython, with_nested
 from kanefe.fmu.output_tables import OutputTables
-from kanefe.integrate.methods.kernel_stepper import SMALLEST_STEP, KernelStepper
+from kanefe.integrate.methods.kernel_memory import SMALLEST_STEP
+from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.kernels.compiler._numba import IS_COMPILED
 from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
-from kanefe.kernels.events.watched_run import ACTS, BOUND
+from kanefe.kernels.events.watched_run import Does
 from kanefe.kernels.scene import memory_size
-from kanefe.kernels.steppers import step_commands as stepping
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, STATE, Command, Step
 from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
 from kanefe.kernels.sweeps.outward import motions_of_rows
+from kanefe.kernels.values.records import column
 from kanefe.loads.controller import INPUTS
 from kanefe.order_n.route import OrderN
 from kanefe.order_n.sweeps import Sweeps
@@ -28,7 +30,7 @@ from kanefe.tree.model_data import QUADRATURES
 ROW, ACCELERATED_ROW = 18, 24
 """Number of values of the motion of a link, without and with accelerations."""
 
-COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED NO_INERTIA"
+COMMANDS = "START ACCEPTED DONE JACOBIAN FAILED"
 REALS = "TIME TIME_OLD STOP SMALLEST NEXT_OUTPUT TIME_EXCESS TO_EVENT"
 FLAGS = {
     "HAS_EVENTS": "PASS_STEPS",
@@ -39,7 +41,7 @@ FLAGS = {
 }
 """Names of the flags of calls that only some scenes have."""
 
-PLACES = f"{REALS} COMMAND STAGE CONTINUES STEPS STORED IS_LEFT_OPEN WANTS_DENSE STATE"
+PLACES = f"{REALS} COMMAND STAGE CONTINUES STEPS STORED IS_LEFT_OPEN WANTS_DENSE"
 
 
 class SceneSource(NamedTuple):
@@ -85,9 +87,8 @@ def obstacle(sim: Simulation) -> str:
     if watch.watched is None:
         named = ", ".join(map(repr, list(sim.events)[:MOST_NAMED])) or "the end of a joint's range"
         return f"these events are looked for in Python: {named}. Remedy: leave them out"
-    acting = [
-        event.name for event, kind in zip(watch.events, watch.watched.kinds, strict=True) if kind in (ACTS, BOUND)
-    ]
+    events = zip(watch.events, watch.watched.kinds, strict=True)
+    acting = [event.name for event, kind in events if kind in (Does.ACTS, Does.BOUND)]
     if acting:
         return (
             f"these events act in Python: {', '.join(map(repr, acting[:MOST_NAMED]))}. Remedy: leave out what "
@@ -137,7 +138,7 @@ class _Tables:
         scene = self.run.arguments[0]
         scene.closing.closed[:] = scene.asked[:] = scene.derivatives.state[:] = 0.0
         if self.passing is not None and self.watched is not None:
-            for part in (self.watched, *self.passing.arguments[1:4]):
+            for part in (self.watched, *self.passing.arguments[1][:3]):
                 for name in part._fields:
                     if name in CLEARED_OF_EVENTS:
                         getattr(part, name)[...] = 0.0
@@ -246,7 +247,8 @@ class _Tables:
             "CALLED_COUNT": len(image.called),
             "FUNCTION_COUNT": len(image.functions),
         }
-        counts |= {name: int(getattr(stepping, name)) for name in f"{COMMANDS} {PLACES}".split()}
+        counts |= {name: Command[name].value for name in COMMANDS.split()} | {"NO_INERTIA": NO_INERTIA, "STATE": STATE}
+        counts |= {name: column(Step, name.lower()) for name in PLACES.split()}
         self.lines += [c.define(name, value) for name, value in counts.items()]
         self.lines += [
             f"#define SMALLEST_STEP {c.number(float(SMALLEST_STEP))}",

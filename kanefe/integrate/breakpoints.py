@@ -15,7 +15,6 @@ from kanefe.integrate.jumps import NO_CHANGES, Changes, jumps_of, without
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.joints.motion import Motion
 from kanefe.joints.rates_over_time import finite_rows, values_at
-from kanefe.kernels.steppers.step_commands import FIRST_BREAKPOINT, LAST_KEPT, LEFT_SIDES, NEXT_BREAKPOINT
 from kanefe.loads.controller import Held
 from kanefe.order_n.tables.inputs import loads_with_values
 from kanefe.tree.model_data import ModelData
@@ -47,22 +46,17 @@ ROUND_OFF = 1e-9
 """Range of a function relative to its values below which it counts as constant."""
 
 
-def breakpoints_of(dynamics: Dynamics, base: int, changes: Changes) -> np.ndarray:
-    """Return the values in `reals` from the place BREAKPOINTS, `base`, on, for a run; none where steps end anywhere.
+def breakpoints_of(dynamics: Dynamics, changes: Changes) -> tuple[np.ndarray, np.ndarray]:
+    """Return the breakpoints of a run and the sides before them, s; none where steps end anywhere.
 
-    `changes` are those of `changes_of`. Knots of tables only count where steps that pass over them fail. At changes of
-    functions all steps end: nothing is seen of a pulse by a step that passes over it. Where there are such, tables go
-    without: one list has one rule.
+    `changes` are those of `changes_of`. Knots of tables only count where steps that pass over them fail, and have no
+    sides. At changes of functions all steps end: nothing is seen of a pulse by a step that passes over it. Where there
+    are such, tables go without: one list has one rule.
     """
-    count = len(changes.ends)
-    breakpoints = np.concatenate((changes.ends, changes.before)) if count else _breakpoints_of_tables(dynamics)
-    if len(breakpoints) < 2:
-        return np.zeros(0)
-    head = np.zeros(FIRST_BREAKPOINT)
-    head[NEXT_BREAKPOINT] = base + FIRST_BREAKPOINT + 1
-    if count:
-        head[LAST_KEPT] = head[LEFT_SIDES] = base + FIRST_BREAKPOINT + count
-    return np.concatenate((head, breakpoints))
+    breakpoints = changes.ends if len(changes.ends) else _breakpoints_of_tables(dynamics)
+    if len(breakpoints) + len(changes.before) < 2:
+        return np.zeros(0), np.zeros(0)
+    return breakpoints, changes.before
 
 
 def changes_of(dynamics: Dynamics, start: float, stop: float) -> Changes:

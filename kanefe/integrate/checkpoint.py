@@ -22,10 +22,10 @@ from kanefe.storage.files import regular_file
 from kanefe.storage.object_file import DAMAGE
 
 FORMAT = "kanefe checkpoint"
-VERSION = 4
+VERSION = 5
 """Version of the file. In version 1 the source files of classes were part of the identity of the scene; in version 2 it
 was not told which values of events are estimates, nor anything of outputs that are settled; in version 3 not how deep
-steps over impacts may be in a surface."""
+steps over impacts may be in a surface; until version 4 the memory of methods was laid out in another order."""
 
 LEAST_SHARE = 20.0
 """Time to the next file in multiples of the time to write one: writing takes at most a twentieth of a run."""

@@ -60,9 +60,9 @@ class Dynamics:
         at_once = any(load.acts_at_once for load in self.model.loads)
         return self.calls_functions or self.model.has_stops or at_once
 
-    def balance(self, run: Run, vectors: np.ndarray) -> None:
+    def balance(self, run: Run) -> None:
         """Write energy and momenta that a method asks for."""
-        self.route.balance(run, vectors)
+        self.route.balance(run)
 
     def name_what_is_not_finite(self, t: float, y: Vector) -> None:
         """Raise the error of a load or motion that gives no numbers at a state, or of forces that have no value."""

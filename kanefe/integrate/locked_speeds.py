@@ -13,6 +13,8 @@ counts with ``T max(1, T / h)``, in the place of a second.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.frames import Vector
@@ -20,6 +22,24 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.loads.controller import Held
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import modal_frequencies
+
+
+class LockedSpeeds(NamedTuple):
+    """How errors of speeds are measured.
+
+    Attributes
+    ----------
+    every : float
+        The shortest time between samples, s, 0 without any.
+    joint_of_speed : ndarray, shape (free,)
+        For each free speed the number of a row, from 1 on; 0 for modal ones.
+    rows : ndarray, shape (joints, free)
+        A row times the errors of all free speeds is to be added to the error of its joint speed.
+    """
+
+    every: float
+    joint_of_speed: np.ndarray
+    rows: np.ndarray
 
 
 def has_locked_speeds(model: ModelData, is_damping: bool = True) -> bool:
@@ -42,41 +62,23 @@ def has_locked_speeds(model: ModelData, is_damping: bool = True) -> bool:
     return not asks and all(controller.is_sampled for controller in model.controllers)
 
 
-def locked_speeds(dynamics: Dynamics, t: float, y: Vector, base: int, is_damping: bool) -> Vector:
-    """Return how errors of speeds are measured, for the places from `base` on among the reals of a method.
+def locked_speeds(dynamics: Dynamics, t: float, y: Vector, is_damping: bool) -> LockedSpeeds | None:
+    """Return how errors of speeds are measured, with the mass matrix of a state; None: as they are.
 
-    Parameters
-    ----------
-    dynamics : Dynamics
-    t : float
-        Time in s.
-    y : ndarray
-        State whose mass matrix is taken.
-    base : int
-        Place of the first number returned.
-    is_damping : bool
-        See `has_locked_speeds`.
-
-    Returns
-    -------
-    ndarray, shape (1 + free + joints free,)
-        The shortest time between samples, s, 0 without any; for each free speed the place of a row, 0 for modal ones;
-        and the rows. A row times the errors of all free speeds is to be added to the error of its joint speed.
-        Nothing where no joint is shaken, or joints have no inertia.
+    That is so where no joint is shaken, or joints have no inertia. `is_damping`: see `has_locked_speeds`.
     """
     model = dynamics.model
     if not has_locked_speeds(model, is_damping):
-        return np.zeros(0)
+        return None
     m, vibrates = model.free_count, modal_frequencies(model) > 0.0
     joints = np.flatnonzero(~vibrates)
     M = dynamics.route.mass_matrix(t, y)[joints, :m]
     try:
         rows = np.linalg.solve(M[:, joints], np.where(vibrates, M, 0.0))
     except np.linalg.LinAlgError:
-        return np.zeros(0)
+        return None
     if not np.isfinite(rows).all():
-        return np.zeros(0)
-    places = np.zeros(m)
-    places[joints] = base + 1 + m * (1 + np.arange(len(joints)))
-    every = min((controller.every for controller in model.controllers), default=0.0)
-    return np.concatenate(((every,), places, rows.ravel()))
+        return None
+    numbers = np.zeros(m)
+    numbers[joints] = 1 + np.arange(len(joints))
+    return LockedSpeeds(min((controller.every for controller in model.controllers), default=0.0), numbers, rows)

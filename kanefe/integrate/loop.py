@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import time
-import warnings
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.equations.forces_at import seen
-from kanefe.errors import FileError, KanefeError, SimulationError, SimulationWarning, outside
+from kanefe.errors import KanefeError, SimulationError
 from kanefe.frames import Vector
+from kanefe.integrate.checkpoints_in_run import Checkpoints
 from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.dynamics import Dynamics
+from kanefe.integrate.events.actions import acted
 from kanefe.integrate.events.event import Event
 from kanefe.integrate.events.event_search import EventWatch
-from kanefe.integrate.events.load_events import EventOfLoad, torn_loose
-from kanefe.integrate.events.switching import check_switched
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.state_rows import StateRows, TakesStates
@@ -24,7 +22,6 @@ from kanefe.integrate.status import RunStatus, raised_by_user
 from kanefe.integrate.stepper import StepFailure, Stepper, gives_accelerations, keeps_time, looks_out, passes_samples
 from kanefe.kernels.events.watched_run import IS_CUT
 from kanefe.tree.bent import bent_too_far
-from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -111,8 +108,7 @@ class RunLoop:
         if watch is not None:
             watch.keep_states(() if taker is None else tuple(taker.events))
         self._is_done = False
-        self._file: CheckpointFile | None = None
-        self._kept: tuple[float, Progress] | None = None
+        self._checkpoints: Checkpoints | None = None
         self._before: dict[str, int | float] = {}
         y = stepper.state()
         self.rows = StateRows(times, len(y), self._model.free_count, stepper, taker)
@@ -171,28 +167,24 @@ class RunLoop:
         Whatever ends it, a checkpoint is written before: of the end, or where something went wrong or a terminal event
         ended it, of a moment before. Ctrl-C, and what a function of the user raises, stop the run with what there is.
         """
-        self._file = file
-        if file is not None:
-            self._kept = time.monotonic(), self._progress()
-            self._write(is_first=True)
+        self._checkpoints = kept = Checkpoints(file, self._progress, self._clock, self._stepper)
+        kept.begin()
         try:
             status = self._run()
         except KeyboardInterrupt:  # a step may be half done: the checkpoint is of a moment before
-            self._write()
+            kept.write()
             return self._interrupted()
         except Exception as error:
             told = None if self._stepper.step_count == 0 else raised_by_user(self._stepper.t, error)
             if told is None:
-                self._write()
+                kept.write()
                 raise
             status = self._ended(told)
         except BaseException:
-            self._write()
+            kept.write()
             raise
         is_at_end = status.kind != "failed" and (self.last is None or self.last[0] == self._stepper.t)
-        if file is not None and is_at_end:
-            self._kept = (0.0, self._progress())
-        self._write()
+        kept.end(is_at_end)
         return status
 
     def _run(self) -> RunStatus:
@@ -220,7 +212,8 @@ class RunLoop:
                 if stepper.step_count == 0:
                     raise  # a scene that cannot start is refused, not run in part
                 return self._ended(RunStatus.of_error(stepper.t, error))
-            self._keep()
+            if self._checkpoints is not None:
+                self._checkpoints.keep(CHUNK_SECONDS)
             # the ends of the steps are finite; between them powers of large numbers need not be
             if rows.is_ready and (finite := rows.count_finite()) < rows.stored:
                 at, what = float(rows.times[finite]), "states within a step are beyond all numbers"
@@ -324,59 +317,58 @@ class RunLoop:
     def _events(self, watch: EventWatch) -> RunStatus | None:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""
         with self._clock.part("events"):
-            try:
-                found = watch.scan(self._stepper, self._pace.check_time)
-            except (StepFailure, OutOfTime) as end:  # what the step went past is not known: it does not count
-                t = self._stepper.t_old
-                self.rows.store_to(t)
-                self._stand_at(t, self._stepper.states(np.array([t]))[0])
-                if isinstance(end, OutOfTime):
-                    return self._pace.out_of_time(t)
-                return RunStatus("failed", t, end.reason, end.remedy)
-            acting = watch.acting
+            found = self._scanned(watch)
+            if isinstance(found, RunStatus):
+                return found
             if watch.is_again:
                 self.rows.store_to(self._stepper.t)
                 return None
             self._tell_of(found)
-            if acting is None:
+            if watch.acting is None:
                 return None
-            at_once = [event for t, event in found if t >= acting]
-            happened = [event for event in watch.events if event in at_once]  # in the order given
-            y = self._stepper.states(np.array([acting]))[0]
-            self.rows.store_to(acting)
-            terminal = next((event for event in happened if event.terminal), None)
-            if terminal is not None:
-                self._stand_at(acting, y)
-                return terminal.status(acting)
-            before = y
-            try:
-                asked = [event.asked for event in happened if isinstance(event, EventOfLoad) and event.asked]
-                for event in (*happened, *asked):
-                    y = self._acted(event, acting, y)
-                if any(event.action is not None for event in (*happened, *asked)):
-                    y = np.concatenate(
-                        (torn_loose(self._model, watch.events, acting, y[:-QUADRATURES]), y[-QUADRATURES:])
-                    )
-            except SimulationError as refusal:
-                self._stand_at(acting, y)
-                if isinstance(refusal, StepFailure):
-                    return RunStatus("failed", acting, refusal.reason, refusal.remedy)
-                return RunStatus.of_error(acting, refusal)
-            told = watch.telling.take(happened)
-            for name in self.rows.events:
-                if name in told:
-                    self.rows.happened(name, acting, before)
-            terminal = next((event for event in watch.events if event.terminal and event.name in told), None)
-            if terminal is not None:
-                self._stand_at(acting, y)
-                return terminal.status(acting)
-            rows = self.rows
-            if self._sampler is not None and acting == self._stepper.t_old and acting == rows.times[rows.stored - 1]:
-                rows.states[rows.stored - 1] = y  # what drives that jump let go at once is not told as held
-            self._stepper.restart(acting, y)
-            watch.begin(acting, y, happened)
-            self._pace.mark(acting)
-            watch.check_storm(acting, [event for event in happened if event.acts])
+            at_once = [event for t, event in found if t >= watch.acting]
+            return self._act(watch, watch.acting, [event for event in watch.events if event in at_once])
+
+    def _scanned(self, watch: EventWatch) -> RunStatus | Sequence[tuple[float, Event]]:
+        try:
+            return watch.scan(self._stepper, self._pace.check_time)
+        except (StepFailure, OutOfTime) as end:  # what the step went past is not known: it does not count
+            t = self._stepper.t_old
+            self.rows.store_to(t)
+            self._stand_at(t, self._stepper.states(np.array([t]))[0])
+            if isinstance(end, OutOfTime):
+                return self._pace.out_of_time(t)
+            return RunStatus("failed", t, end.reason, end.remedy)
+
+    def _act(self, watch: EventWatch, t: float, happened: Sequence[Event]) -> RunStatus | None:
+        """Do what events ask for that happened at a time (s), in the order given, and go on from there."""
+        rows, before = self.rows, self._stepper.states(np.array([t]))[0]
+        rows.store_to(t)
+        terminal = next((event for event in happened if event.terminal), None)
+        if terminal is not None:
+            self._stand_at(t, before)
+            return terminal.status(t)
+        try:
+            y = acted(self._dynamics, watch.events, happened, t, before)
+        except SimulationError as refusal:
+            self._stand_at(t, before)
+            if isinstance(refusal, StepFailure):
+                return RunStatus("failed", t, refusal.reason, refusal.remedy)
+            return RunStatus.of_error(t, refusal)
+        told = watch.telling.take(happened)
+        for name in rows.events:
+            if name in told:
+                rows.happened(name, t, before)
+        terminal = next((event for event in watch.events if event.terminal and event.name in told), None)
+        if terminal is not None:
+            self._stand_at(t, y)
+            return terminal.status(t)
+        if self._sampler is not None and t == self._stepper.t_old and t == rows.times[rows.stored - 1]:
+            rows.states[rows.stored - 1] = y  # what drives that jump let go at once is not told as held
+        self._stepper.restart(t, y)
+        watch.begin(t, y, happened)
+        self._pace.mark(t)
+        watch.check_storm(t, [event for event in happened if event.acts])
         return None
 
     def _tell_of(self, found: Sequence[tuple[float, Event]]) -> None:
@@ -384,19 +376,6 @@ class RunLoop:
         for t, event in found if self.rows.events else ():
             if event.name in self.rows.events:
                 self.rows.happened(event.name, t, self._stepper.states(np.array([t]))[0])
-
-    def _acted(self, event: Event, t: float, y: Vector) -> Vector:
-        """Return the state after an action, its loops closed, and the energy of the change taken into account."""
-        size = len(y) - QUADRATURES
-        changed = event.changed(t, seen(self._model, t, y), y[:size])
-        if changed is None:
-            return y
-        after = np.concatenate((changed, y[size:]))
-        check_switched(self._model, t, y, after)
-        after = self._dynamics.projected(t, after).copy()
-        gained = self._model.energy(t, after[:size]).total - self._model.energy(t, y[:size]).total
-        after[size if gained < 0.0 else size + 1] += abs(gained)
-        return after
 
     def _failed(self, failure: StepFailure) -> RunStatus:
         named = f"; the worst is {self._name(failure.component)}" if failure.component is not None else ""
@@ -439,26 +418,3 @@ class RunLoop:
             statistics=self.statistics,
             seconds=dict(self._clock.seconds),
         )
-
-    def _keep(self) -> None:
-        """Keep how far the run has come from time to time: an error in the middle of a step must not reach the file."""
-        if self._file is None:
-            return
-        now = time.monotonic()
-        if self._kept is None or now - self._kept[0] >= CHUNK_SECONDS:
-            self._kept = now, self._progress()
-            if self._file.is_due:
-                self._write()
-
-    def _write(self, is_first: bool = False) -> None:
-        if self._file is None or self._kept is None:
-            return
-        with self._clock.part("checkpoints"):
-            try:
-                self._file.write(self._kept[1])
-            except FileError as error:
-                if is_first:
-                    raise
-                warnings.warn(
-                    f"no checkpoint at t = {self._stepper.t:.6g} s: {error}", SimulationWarning, stacklevel=outside()
-                )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING, Any, Unpack
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationWarning, outside
-from kanefe.frames import Vector
+from kanefe.frames import Matrix, Vector
 from kanefe.integrate.auto.choice import Choice
 from kanefe.integrate.clock import Clock
 from kanefe.integrate.events.event import Event
@@ -24,8 +24,9 @@ from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
 from kanefe.integrate.run_checks.functions_of_user import across_jump, changed_by_run, values_of_functions
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
 from kanefe.integrate.sampling import Sampler
-from kanefe.integrate.set_up import give_back, set_up
+from kanefe.integrate.set_up import SetUp, give_back, set_up
 from kanefe.integrate.shared_states import RecordsStates, SharedStates
+from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import Stepper, tries_others
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction, foreseen
@@ -100,25 +101,19 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
 
 
 def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: RecordsStates | None) -> Trajectory:
-    (start, stop), wanted = options.span, options.times
+    (start, stop), wanted, clock = options.span, options.times, Clock()
     warn_of_stiff_contacts(model)
-    clock = Clock()
     with clock.part("set-up"):
         begun = set_up(model, options)
-    choice, told, stepper, watch = begun.choice, begun.told, begun.stepper, begun.watch
+    stepper = begun.stepper
     model.route.check_outputs(len(wanted))
     begins = None if model.route.is_autonomous else (stepper.t, stepper.state())
     given = {} if begins is None else values_of_functions(model, *begins)
-    if choice.is_plugged and model.controllers:
-        raise ModelError(
-            f"{choice.name} does not end its steps at the samples of controller {model.controllers[0].name!r}. "
-            "Remedy: method='auto', or 'radau5'"
-        )
-    file, saved = _checkpoints(model, choice, options, told)
+    file, saved = _checkpoints(model, begun.choice, options, begun.told)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
     taker: SharedStates | None = None
     if recorder is not None:
-        recorder.begin([event.name for event in told])
+        recorder.begin([event.name for event in begun.told])
         taker = SharedStates(times, len(model.initial_state) + QUADRATURES, recorder)
         times = taker.times
     with _progress_bar(options.progress, stop - start) as bar:
@@ -126,55 +121,22 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
             begun.start()
             limits = Limits(options.most_steps, options.most_seconds)
             sampler = Sampler(model, start, stop) if model.controllers else None
-            loop = RunLoop(
-                begun.dynamics, stepper, times, watch, limits, clock, bar, sampler, poles, begun.chunk, taker
-            )
+            watched = stepper, times, begun.watch, limits, clock, bar, sampler, poles
+            loop = RunLoop(begun.dynamics, *watched, begun.chunk, taker)
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)
-    rows = loop.rows
-    states, rates, stored = rows.states, rows.accelerations, rows.stored
-    if taker is not None:
-        rows.give_rest()
-        states, rates, stored = taker.states, taker.accelerations, taker.stored
-    stored = min(stored, len(wanted))
-    if model.rigid_contacts and status.kind != "failed":
-        from kanefe.integrate.run_checks.contact_check import of_contacts
-
-        counted, rtol = int(loop.statistics["evaluations"]), choice.control.get("rtol")
-        status = of_contacts(model, wanted[:stored], states[:stored], choice.name, counted, rtol) or status
-    if status.kind != "failed":
-        status = of_bushings(model, wanted[:stored], states[:stored]) or status
-    if status.kind == "failed" or loop.is_interrupted:
-        warnings.warn(str(status), SimulationWarning, stacklevel=outside())
-    for text in _of_functions(model, stepper, begins, given):
-        warnings.warn(text, SimulationWarning, stacklevel=outside())
-    times, states = wanted[:stored], states[:stored]
-    if rates is not None:
-        rates = rates[:stored]
-    if loop.last is not None and (not stored or loop.last[0] > times[-1]):
+    times, states, rates = _stored(loop, taker, wanted)
+    status = _checked(model, begun, loop, times, states, status)
+    texts = [str(status)] if status.kind == "failed" or loop.is_interrupted else []
+    _warn([*texts, *_of_functions(model, stepper, begins, given)])
+    if loop.last is not None and (not len(times) or loop.last[0] > times[-1]):
         times, states = np.append(times, loop.last[0]), np.vstack((states, loop.last[1]))
         if rates is not None and loop.last_accelerations is not None:
             rates = np.vstack((rates, loop.last_accelerations))
-    statistics = {
-        "method": stepper.name,
-        "reason": choice.reason,
-        "route": model.route.name,
-        "route_reason": model.route.reason,
-        **choice.control,
-        **loop.statistics,
-        **loop.told_of_steps,
-        **({"left_out": choice.left_out} if choice.left_out else {}),
-        **({"tried": stepper.told, "tried_share": stepper.tried_share} if tries_others(stepper) else {}),
-        **({"seconds_looking": looking} if (looking := begun.dynamics.seconds_looking) > 0.0 else {}),
-        "seconds": sum(clock.seconds.values()),
-        "seconds_by_part": dict(clock.seconds),
-    }
-    events = {event.name: np.array(watch.times[event.name]) for event in told} if watch else {}
-    for of_impacts in watch.telling.impacts.warnings if watch else ():
-        warnings.warn(of_impacts, SimulationWarning, stacklevel=outside())
-    for text in of_fixed_steps(model, statistics, events):
-        warnings.warn(text, SimulationWarning, stacklevel=outside())
+    statistics, watch = _statistics(model, begun, loop, clock), begun.watch
+    events = {event.name: np.array(watch.times[event.name]) for event in begun.told} if watch else {}
+    _warn([*(watch.telling.impacts.warnings if watch else ()), *of_fixed_steps(model, statistics, events)])
     found = Trajectory.of_states(
         model,
         times,
@@ -190,6 +152,55 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
     begun.chunk = loop.chunk
     give_back(model, options, begun)
     return found
+
+
+def _warn(texts: Iterable[str]) -> None:
+    for text in texts:
+        warnings.warn(text, SimulationWarning, stacklevel=outside())
+
+
+def _stored(loop: RunLoop, taker: SharedStates | None, wanted: Vector) -> tuple[Vector, Matrix, Matrix | None]:
+    """Return the times passed of those that are wanted, and states and accelerations there."""
+    rows = loop.rows
+    states, rates, stored = rows.states, rows.accelerations, rows.stored
+    if taker is not None:
+        rows.give_rest()
+        states, rates, stored = taker.states, taker.accelerations, taker.stored
+    stored = min(stored, len(wanted))
+    return wanted[:stored], states[:stored], None if rates is None else rates[:stored]
+
+
+def _checked(
+    model: Model, begun: SetUp, loop: RunLoop, times: Vector, states: Matrix, status: RunStatus
+) -> RunStatus:
+    """Return how a run ended, after a look at what its states say of contacts and bushings."""
+    if status.kind == "failed":
+        return status
+    choice = begun.choice
+    if model.rigid_contacts:
+        from kanefe.integrate.run_checks.contact_check import of_contacts
+
+        counted, rtol = int(loop.statistics["evaluations"]), choice.control.get("rtol")
+        status = of_contacts(model, times, states, choice.name, counted, rtol) or status
+    return status if status.kind == "failed" else of_bushings(model, times, states) or status
+
+
+def _statistics(model: Model, begun: SetUp, loop: RunLoop, clock: Clock) -> dict[str, Any]:
+    choice, stepper, looking = begun.choice, begun.stepper, begun.dynamics.seconds_looking
+    return {
+        "method": stepper.name,
+        "reason": choice.reason,
+        "route": model.route.name,
+        "route_reason": model.route.reason,
+        **choice.control,
+        **loop.statistics,
+        **loop.told_of_steps,
+        **({"left_out": choice.left_out} if choice.left_out else {}),
+        **({"tried": stepper.told, "tried_share": stepper.tried_share} if tries_others(stepper) else {}),
+        **({"seconds_looking": looking} if looking > 0.0 else {}),
+        "seconds": sum(clock.seconds.values()),
+        "seconds_by_part": dict(clock.seconds),
+    }
 
 
 def _of_functions(
@@ -212,6 +223,11 @@ def _checkpoints(
     model: Model, choice: Choice, options: RunOptions, watched: Sequence[Event]
 ) -> tuple[CheckpointFile | None, Progress | None]:
     """Return the file that the run writes, and the progress of the run that it continues."""
+    if choice.is_plugged and model.controllers:
+        raise ModelError(
+            f"{choice.name} does not end its steps at the samples of controller {model.controllers[0].name!r}. "
+            "Remedy: method='auto', or 'radau5'"
+        )
     if options.checkpoint is None and options.resume is None:
         return None, None
     if model.controllers:

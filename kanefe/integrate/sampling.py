@@ -18,26 +18,22 @@ from kanefe.integrate.run_checks.drive_growth import DriveGrowth
 from kanefe.integrate.sampled_tables import LOG_ROWS, sample_tables
 from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.steppers.sampling import (
-    ACTED,
-    ADDRESS,
-    ASKED,
     AT_TIME,
     BY,
-    END,
-    IS_ALARMED,
-    LEVEL,
-    LOGGED,
-    ROW,
     VALUES,
-    Samples,
+    Sampled,
+    controllers_of,
     next_sample,
+    progress_of,
     sample_at,
 )
+from kanefe.kernels.values.records import column
 from kanefe.loads.offered_function import CompiledByNumba
 from kanefe.tree.reading_terms import terms_of
 from kanefe.tree.scene_state import SceneState
 
 if TYPE_CHECKING:
+    from kanefe.kernels.steppers.sampling import Samples
     from kanefe.loads.controller import Controller
 
 AT_ONCE = 1e-9
@@ -95,6 +91,7 @@ class Sampler:
         sampled = [one for one in model.controllers if one.is_sampled]
         together = AT_ONCE * min((one.every for one in sampled), default=0.0)
         self.samples, memories = sample_tables(model, sampled, start, stop, together)
+        self._progress = progress_of(self.samples)
         self._controllers = [_Sampled(model, one, memory) for one, memory in zip(sampled, memories, strict=True)]
         self._seconds, self.keeps_instants = 0.0, False
         self._instants = list[np.ndarray]()
@@ -103,7 +100,7 @@ class Sampler:
 
     def aim(self, stop: float) -> None:
         """Let the run end at another time, s."""
-        self.samples.limits[END] = stop
+        self._progress.end = stop
 
     @property
     def next(self) -> float:
@@ -113,22 +110,23 @@ class Sampler:
     @property
     def is_asking(self) -> bool:
         """Whether a sample has been begun and functions are to be called yet."""
-        return bool(self.samples.progress[ASKED] >= 0)
+        return bool(self._progress.asked >= 0)
 
     @property
     def has_alarm(self) -> bool:
         """Whether drives have grown so that `growth` is to be looked at."""
-        return bool(self.samples.progress[IS_ALARMED])
+        return bool(self._progress.is_alarmed)
 
     def end_alarm(self) -> None:
         """Have drives looked at again when they have grown once more."""
-        self.samples.progress[IS_ALARMED] = 0
-        self.samples.times[:, LEVEL] *= LEVELS
+        self._progress.is_alarmed = False
+        for own in controllers_of(self.samples):
+            own.level *= LEVELS
 
     def sampled(self, t: float, y: Vector) -> Vector:
         """Return the state with the drives as they are from time t (s) on, after what is to be sampled there."""
-        found, progress = y.copy(), self.samples.progress
-        if max(progress[LOGGED], progress[ACTED]) >= LOG_ROWS:
+        found, progress = y.copy(), self._progress
+        if max(progress.logged, progress.acted) >= LOG_ROWS:
             self._empty()
         self._y[:] = y[: len(self._y)]
         while self._sample_at(t) >= 0:
@@ -139,18 +137,18 @@ class Sampler:
     def answer(self, t: float, y: Vector) -> None:
         """Call the function that compiled code asks for, or empty the log if it asks for none."""
         began = time.perf_counter()
-        asked = int(self.samples.progress[ASKED])
+        asked = self._progress.asked
         if asked < 0:
             self._empty()
         else:
             one, samples = self._controllers[asked], self.samples
-            row = samples.log[samples.controllers[asked, ROW]]
+            row = samples.log[controllers_of(samples)[asked].row]
             if one.readers:
                 state = _SeenOnce(self._model, t, y.copy())
                 row[VALUES : VALUES + one.reads] = [read(t, y, state) for read in one.readers]
             values = one.called(t, row[VALUES : VALUES + one.reads].copy())
             row[samples.drives_at : samples.drives_at + len(values)] = values
-            samples.progress[ASKED] = asked + 1
+            self._progress.asked = asked + 1
         self._seconds += time.perf_counter() - began
 
     def taken_seconds(self) -> float:
@@ -160,11 +158,11 @@ class Sampler:
 
     def _empty(self) -> None:
         """Take what is in the log."""
-        samples, progress = self.samples, self.samples.progress
-        count, own_rows = int(progress[LOGGED]), samples.controllers[:, ROW]
+        samples, progress = self.samples, self._progress
+        count, own_rows = progress.logged, samples.controllers[:, column(Sampled, "row")]
         done = int(own_rows[own_rows >= 0].min(initial=count)) if self.is_asking else count
-        if progress[ACTED] and self.keeps_instants:
-            self._instants.append(samples.acted[: progress[ACTED]].copy())
+        if progress.acted and self.keeps_instants:
+            self._instants.append(samples.acted[: progress.acted].copy())
         if done:
             rows = samples.log[:done]
             for number, one in enumerate(self._controllers):
@@ -172,7 +170,7 @@ class Sampler:
                 one.take(own[:, AT_TIME], own[:, VALUES:], samples.drives_at - VALUES)
         samples.log[: count - done] = samples.log[done:count].copy()  # a sample that is begun stays
         own_rows[own_rows >= 0] -= done
-        progress[LOGGED], progress[ACTED] = count - done, 0
+        progress.logged, progress.acted = count - done, 0
 
     def taken_instants(self) -> np.ndarray:
         """Return the times at which drives began to act since this was asked, and the states of loads from then on."""
@@ -188,10 +186,11 @@ class Sampler:
     def resume(self, snapshot: tuple[Any, ...]) -> None:
         """Continue from a snapshot, of this run or of another of the same scene."""
         arrays, controllers = snapshot
-        addresses = self.samples.controllers[:, ADDRESS].copy()  # which are those of a process
+        addresses = [own.address for own in controllers_of(self.samples)]  # which are those of a process
         for array, kept in zip(_kept(self.samples), arrays, strict=True):
             array[:] = kept
-        self.samples.controllers[:, ADDRESS] = addresses
+        for own, address in zip(controllers_of(self.samples), addresses, strict=True):
+            own.address = address
         for one, of_one in zip(self._controllers, controllers, strict=True):
             one.resume(of_one)
 

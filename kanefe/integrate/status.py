@@ -5,7 +5,7 @@ A run told in a few lines: how it ended, what did it, and what it cost.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -151,6 +151,25 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     counts = [
         f"{value} {name}" for name, value in statistics.items() if isinstance(value, int) and (value or name == "steps")
     ]
+    lines = [
+        str(status),
+        "  method  " + ", ".join((f"{statistics['method']} ({statistics['reason']})", *control)),
+        f"  route   {statistics['route']} ({statistics['route_reason']})",
+        "  counts  " + ", ".join(counts),
+        _of_time(statistics),
+    ]
+    for name, tell in TOLD.items():
+        if name in statistics:
+            lines += tell(statistics)
+    if events:
+        lines.append("  events  " + _counted(events))
+    return "\n".join(lines)
+
+
+Statistics = Mapping[str, Any]
+
+
+def _of_time(statistics: Statistics) -> str:
     parts = []
     for name, seconds in statistics["seconds_by_part"].items():
         if seconds >= LEAST_SECONDS:
@@ -160,45 +179,57 @@ def summary(status: RunStatus, statistics: Mapping[str, Any], events: Mapping[st
     if "step_seconds" in statistics:
         most, longest = (f"{1e6 * seconds:.3g} us" for seconds in statistics["step_seconds"])
         told += f"; 99.9 % of the steps within {most}, all within {longest}"
-    lines = [
-        str(status),
-        "  method  " + ", ".join((f"{statistics['method']} ({statistics['reason']})", *control)),
-        f"  route   {statistics['route']} ({statistics['route_reason']})",
-        "  counts  " + ", ".join(counts),
-        told,
-    ]
-    if statistics.get("tried"):
-        lines += [f"  {'tried' if i == 0 else '':7} {text}" for i, text in enumerate(statistics["tried"])]
-        lines.append(f"          trials in all: {statistics['tried_share']:.1%} of the work of the run")
-    if "unconverged" in statistics:
-        count, first, last, largest = statistics["unconverged"]
-        where = f"{count:.0f} steps, from t = {first:.6g} s to {last:.6g} s"
-        lines.append(
-            f"  left    before the iteration had converged: {where}, by up to {largest:.1g} of the bodies' size"
-        )
-    if "penetration" in statistics:
-        deepest, left = statistics["penetration"], statistics["contact_residual"]
-        lowered, literal = statistics.get("restitution_lowered"), statistics.get("steps_in_python")
-        more = f"; restitution lowered {lowered} times, where impacts would have made energy" if lowered else ""
-        more += f"; {literal} steps in Python" if literal else ""
-        lines.append(f"  contact up to {deepest:.3g} m deep, impulses to {left:.2g} of the largest speed{more}")
-    if "energy_balance" in statistics:
-        missing, share = statistics["energy_balance"]
-        rtol = statistics.get("rtol")
-        fits = share if rtol is None else rtol * max(UNFIT, min(SUMMED * statistics["steps"], NOTED / rtol))
-        unfit = f", more than fits rtol {rtol:g}" if share > fits else ""
-        lines.append(f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}")
-    if "force_error" in statistics:
-        quantity, name, part, error, largest, is_least = statistics["force_error"]
-        size = f"{'at least' if is_least else 'about'} {error / largest:.1g}"
-        lines.append(f"  forces  error {size} of the largest, of {part} in {quantity} {name!r}")
-    if "force_error_unknown" in statistics:
-        lines.append(f"  forces  {statistics['force_error_unknown']}")
-    if "bending" in statistics:
-        bending = Bending(*statistics["bending"])
-        lines.append(f"  bending {bending}{', beyond its valid range' if bending.is_too_far else ''}")
-    if "resolution" in statistics:
-        lines.append(f"  strains {Resolution(*statistics['resolution'])}")
-    if events:
-        lines.append("  events  " + _counted(events))
-    return "\n".join(lines)
+    return told
+
+
+def _of_trials(statistics: Statistics) -> list[str]:
+    lines = [f"  {'tried' if i == 0 else '':7} {text}" for i, text in enumerate(statistics["tried"])]
+    if not lines:
+        return []
+    return [*lines, f"          trials in all: {statistics['tried_share']:.1%} of the work of the run"]
+
+
+def _of_iterations(statistics: Statistics) -> list[str]:
+    count, first, last, largest = statistics["unconverged"]
+    where = f"{count:.0f} steps, from t = {first:.6g} s to {last:.6g} s"
+    return [f"  left    before the iteration had converged: {where}, by up to {largest:.1g} of the bodies' size"]
+
+
+def _of_contacts(statistics: Statistics) -> list[str]:
+    deepest, left = statistics["penetration"], statistics["contact_residual"]
+    lowered, literal = statistics.get("restitution_lowered"), statistics.get("steps_in_python")
+    more = f"; restitution lowered {lowered} times, where impacts would have made energy" if lowered else ""
+    more += f"; {literal} steps in Python" if literal else ""
+    return [f"  contact up to {deepest:.3g} m deep, impulses to {left:.2g} of the largest speed{more}"]
+
+
+def _of_energy(statistics: Statistics) -> list[str]:
+    missing, share = statistics["energy_balance"]
+    rtol = statistics.get("rtol")
+    fits = share if rtol is None else rtol * max(UNFIT, min(SUMMED * statistics["steps"], NOTED / rtol))
+    unfit = f", more than fits rtol {rtol:g}" if share > fits else ""
+    return [f"  energy  balance {missing:+.3g} J at the end, {share:.2g} of what moved{unfit}"]
+
+
+def _of_forces(statistics: Statistics) -> list[str]:
+    quantity, name, part, error, largest, is_least = statistics["force_error"]
+    size = f"{'at least' if is_least else 'about'} {error / largest:.1g}"
+    return [f"  forces  error {size} of the largest, of {part} in {quantity} {name!r}"]
+
+
+def _of_bending(statistics: Statistics) -> list[str]:
+    bending = Bending(*statistics["bending"])
+    return [f"  bending {bending}{', beyond its valid range' if bending.is_too_far else ''}"]
+
+
+TOLD: dict[str, Callable[[Statistics], list[str]]] = {
+    "tried": _of_trials,
+    "unconverged": _of_iterations,
+    "penetration": _of_contacts,
+    "energy_balance": _of_energy,
+    "force_error": _of_forces,
+    "force_error_unknown": lambda statistics: [f"  forces  {statistics['force_error_unknown']}"],
+    "bending": _of_bending,
+    "resolution": lambda statistics: [f"  strains {Resolution(*statistics['resolution'])}"],
+}
+"""What is told of some runs, in this order."""

@@ -268,7 +268,7 @@ class LiteralRoute:
         """Refused: there are no sweeps."""
         raise TypeError("the literal route has no sweeps")
 
-    def balance(self, run: Any, vectors: np.ndarray) -> None:
+    def balance(self, run: Any) -> None:
         """Refused: there are no sweeps."""
         raise TypeError("the literal route has no sweeps")
 

@@ -14,8 +14,8 @@ from kanefe.kernels.evaluation.stiff_directions import directions_memory_size, p
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
-from kanefe.kernels.steppers.sampling import IS_ALARMED, pass_samples
-from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, SAMPLE, STATE, TIME, TIME_AT, Run
+from kanefe.kernels.steppers.sampling import pass_samples, progress_of
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, Command, Run, step_of
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -68,8 +68,8 @@ class CompiledRun:
         derivatives = self._derivatives(needs.derivatives)
         loops = ClosingCall(route.has_loops, closing, motions, drives, closed)
         scene = Scene(evaluated, loops, balanced, directed, derivatives, drives, motions, route.fill, inputs, asked)
-        self._inputs, self._integrate = inputs, integrate.bound(scene, LATER, vectors)
-        self._lookouts = Lookouts(route, loops, inputs, vectors)
+        self._inputs, self._integrate = inputs, integrate.bound(scene, LATER)
+        self._lookouts = Lookouts(route, loops, inputs, vectors.shape[1])
         self._loops, self._sampling = loops, dict[int, Call]()
         self._going: Call | None = None
         self._given: Run | None = None
@@ -115,18 +115,18 @@ class CompiledRun:
         if call is None:
             command_at = going.signature.number_count
             given = going.for_kernels(), command_at, samples, self._loops, self._inputs
-            call = self._sampling[id(samples.log)] = pass_samples.bound(*given, LATER, self._vectors).prepared(run)
+            call = self._sampling[id(samples.log)] = pass_samples.bound(*given, LATER).prepared(run)
         else:
             call.give(run)
-        reals, y = run.reals, self._vectors[STATE]
-        while (command := call()) == SAMPLE and not samples.progress[IS_ALARMED]:
-            sampler.answer(float(reals[TIME]), y)
+        step, progress = step_of(run), progress_of(samples)
+        while (command := call()) == Command.SAMPLE and not progress.is_alarmed:
+            sampler.answer(float(step.time), step.state)
         return self._explained(command, run)
 
     def _begun(self, run: Run) -> Call:
         """Return the call that continues a run; the arrays of outputs may be others each time."""
         route = self._route
-        self._inputs[:] = route.inputs.begun(route.parts(self._vectors[STATE])[2])  # controllers hold what is in STATE
+        self._inputs[:] = route.inputs.begun(route.parts(step_of(run).state)[2])  # controllers hold what is in STATE
         if self._going is None:
             self._going = self._integrate.prepared(run)
         elif self._given is not run:
@@ -149,5 +149,6 @@ class CompiledRun:
 
     def _explained(self, command: int, run: Run) -> int:
         if command == NO_INERTIA:
-            self._route.explain(float(run.reals[TIME_AT]), self._vectors[AT])
+            step = step_of(run)
+            self._route.explain(float(step.time_at), step.at)
         return command

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
+from kanefe.kernels.events import watched_run as kernels
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.events.lookout import AT_TIME, look_at
 from kanefe.kernels.events.steps_with_events import pass_steps
@@ -29,12 +30,12 @@ class Lookouts:
     closing : ClosingCall
     inputs : ndarray
         Of the run: values of loads, with those that controllers hold.
-    vectors : ndarray
-        Memory of the method.
+    size : int
+        Numbers of a state.
     """
 
-    def __init__(self, route: Evaluated, closing: ClosingCall, inputs: np.ndarray, vectors: np.ndarray) -> None:
-        self._route, self._closing, self._inputs, self._vectors = route, closing, inputs, vectors
+    def __init__(self, route: Evaluated, closing: ClosingCall, inputs: np.ndarray, size: int) -> None:
+        self._route, self._closing, self._inputs, self._size = route, closing, inputs, size
         self._passing: Call | None = None
         self._given: Run | None = None
         self._looking: Call | None = None
@@ -44,8 +45,9 @@ class Lookouts:
         if self._passing is None:
             signature = going.signature
             step = Going(going.for_kernels(), signature.place_of("run", "most_steps"), signature.number_count)
-            lookouts = self._quiet, self._lookout(first_look_shares(self._route.model)), self._at_a_time[0]
-            bound = pass_steps.bound(step, *lookouts, self._closing, LATER, LATER, self._vectors, LATER)
+            fresh, single = self._lookout(first_look_shares(self._route.model)), self._at_a_time[0]
+            lookouts = kernels.Lookouts(self._quiet, fresh, single, self._closing)
+            bound = pass_steps.bound(step, lookouts, LATER, LATER, LATER)
             self._passing = bound.prepared(watched, run, restart_share)
         elif self._given is not run:
             self._passing.give(watched, run, restart_share)
@@ -56,7 +58,7 @@ class Lookouts:
         """Return the values of all watched loads at a time of the last step."""
         lookout, looking = self._at_a_time
         if self._looking is None:
-            empty = run._replace(times=np.zeros(0), states=np.zeros((0, self._vectors.shape[1])))
+            empty = run._replace(times=np.zeros(0), states=np.zeros((0, self._size)))
             self._looking = looking.prepared(empty, t)
         self._looking.numbers[AT_TIME] = t
         self._looking()
@@ -74,10 +76,10 @@ class Lookouts:
 
             contacts = contact_calls(self._route, self._closing.motions, self._inputs, lookout.states[0])
             lookout = lookout._replace(contacts=contacts)
-        return lookout, look_at.bound(lookout, LATER, self._vectors, LATER)
+        return lookout, look_at.bound(lookout, LATER, LATER)
 
     def _lookout(self, shares: np.ndarray) -> Lookout:
-        route, count, size = self._route, len(shares), self._vectors.shape[1]
+        route, count, size = self._route, len(shares), self._size
         times, drives = np.empty(count), np.empty((count, len(route.model.drives), 3))
         inputs, states = np.empty((count, len(self._inputs))), np.empty((count, size))
         change, only = np.array((-1, 0, 0, 0)), np.array((NEAR,))

@@ -26,7 +26,7 @@ from kanefe.kernels.evaluation.evaluation import evaluate, scene_of
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
 from kanefe.kernels.loads.loads_layout import COMPLEX, no_loads_between
 from kanefe.kernels.scene import Scene, links_of, memory_size
-from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, TIME_AT, Run
+from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, Run, step_of
 from kanefe.kernels.tree import GivenLink, Kind
 from kanefe.literal.route import LiteralRoute
 from kanefe.loads.functions import SPENT
@@ -360,10 +360,11 @@ class OrderN(LiteralRoute):
         of_links = all(GivenLink(one).complex_function for one in links_of(self.scene) if one.kind == Kind.GIVEN)
         return of_links and bool(np.all(self.between.addresses[:, COMPLEX] != 0))
 
-    def balance(self, run: Run, vectors: np.ndarray) -> None:
+    def balance(self, run: Run) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.evaluation.momenta`."""
-        t, memory = float(run.reals[TIME_AT]), np.empty(self.memory_size)
-        balance(t, self.scene, self.drives(t), self.inputs.constants, run.integers, run.reals, vectors, memory)
+        t, memory = float(step_of(run).time_at), np.empty(self.memory_size)
+        step = run.integers, run.reals, run.vectors
+        balance(t, self.scene, self.drives(t), self.inputs.constants, *step, memory)
 
     def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.

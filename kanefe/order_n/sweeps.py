@@ -18,19 +18,10 @@ from kanefe.frames import (
 from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
 from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.scene import Scene, links_of, memory_size
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    DONE,
-    MAP,
-    REALS_OF_METHOD,
-    ROWS_OF_METHOD,
-    SLOPE,
-    STATE,
-    STEPS,
-    Run,
-)
+from kanefe.kernels.steppers.step_commands import Command, Run, Step
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.kernels.tree import Kind
+from kanefe.kernels.values.records import allocate
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.run_forces import CompiledForces
@@ -210,14 +201,15 @@ class Sweeps:
     def _revisit(self, table: Matrix) -> None:
         """Write the rates of the states in a table, see `kanefe.kernels.evaluation.replay`, in their place."""
         route, size = self._route, table.shape[1] - STATE_OF
-        integers, reals = np.zeros(MAP, dtype=np.int64), np.zeros(REALS_OF_METHOD)
-        vectors = np.zeros((ROWS_OF_METHOD, size))
-        vectors[STATE] = table[0, STATE_OF:]
+        integers, reals, vectors = allocate(Step, size=size)
+        step = Step(integers, reals, vectors)
+        step.state[:] = table[0, STATE_OF:]
+        memory = integers, reals, vectors.reshape(-1, size)
         none = np.zeros(0), np.zeros((0, size)), 0, np.zeros(1, dtype=np.int64)
-        run = Run(revisit, between_states, integers, reals, table, *none)
-        compiled = route.compiled_run(integers, reals, vectors, MethodNeeds())
-        while compiled.go_on(run) != DONE:  # at a singular position
-            vectors[SLOPE] = route.evaluate(float(table[integers[STEPS], TIME_OF]), vectors[AT].copy()).rates
+        run = Run(revisit, between_states, *memory, table, *none)
+        compiled = route.compiled_run(*memory, MethodNeeds())
+        while compiled.go_on(run) != Command.DONE:  # at a singular position
+            step.slope[:] = route.evaluate(float(step.time_at), step.at.copy()).rates
 
     @cached_property
     def balances(self) -> Matrix:

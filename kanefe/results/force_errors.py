@@ -21,7 +21,6 @@ from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.methods.table import row_for, serving
 from kanefe.integrate.stepper import ATOL_SHARE, StepControl
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kernels.steppers.step_commands import LARGE, NEXT_STEP, OF_FORCES, SCALE
 from kanefe.results.channels import RunChannels
 from kanefe.results.quantities import resolved_parts
 from kanefe.tree.scales import scene_length
@@ -271,7 +270,7 @@ def _again(channels: RunChannels, parts: Sequence[PartOfRun]) -> tuple[np.ndarra
         reached = np.empty((len(wanted), len(y)))
         stepper.restart(float(times[part.first]), y)
         # as long as those of the run, with which stiff modes are damped
-        stepper.reals[NEXT_STEP] = (times[-1] - times[0]) / max(told["steps"], 1)
+        stepper.step.next_step = (times[-1] - times[0]) / max(told["steps"], 1)
         stepper.aim(float(wanted[-1]))
         before = stepper.step_count
         try:
@@ -305,7 +304,7 @@ def _stepper(channels: RunChannels) -> KernelStepper:
         made = row.make(Dynamics(model), float(channels.times[0]), float(channels.times[-1]), control)
         if isinstance(made, KernelStepper):
             # what stiff modes do beside the rest is to be damped, not followed
-            made.reals[OF_FORCES], made.vectors[SCALE] = 0.0, made.vectors[LARGE]
+            made.step.of_forces, made.step.scale[:] = 0.0, made.step.large
             return made
     raise ModelError(f"{WITHOUT}: no method serves the scene for it")
 

@@ -295,7 +295,7 @@ class Route(Evaluates, Protocol):
         """Write a linearly implicit evaluation to the rows of a method, for `Form.SWEEPS`; return the weakest pivot."""
         ...
 
-    def balance(self, run: Run, vectors: np.ndarray) -> None:
+    def balance(self, run: Run) -> None:
         """Write energies and momenta that a method requests, for `Form.SWEEPS`."""
         ...
 

@@ -11,7 +11,7 @@ import kanefe as kf
 import scenes
 from kanefe import shapes
 from kanefe.kernels.events import roots_of_step
-from kanefe.kernels.events.watched_run import WatchedRun
+from kanefe.kernels.events.watched_run import Lookouts, Passage, WatchedRun
 from kanefe.kernels.loads.reach import SWEPT_BALLS, find_near, gap_to, nearness_at
 from kanefe.kernels.scene import state_in, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
@@ -209,20 +209,20 @@ def test_an_estimate_beside_values_is_no_dip(near, monkeypatch):
 
     def value(data, t):
         looks.append(t)
-        single[0].found[0, 0] = -2.05e-3
+        single.found[0, 0] = -2.05e-3
         return -2.05e-3
 
     monkeypatch.setattr(roots_of_step, "value_at", value)
     times, values = np.array((0.25, 0.5, 0.75, 1.0)), np.array([-2.0, -1.95, -1.9, -1.85])[:, None] * 1e-3
     step = Known(times, values, np.array((near,)))
-    single = Known(times, np.zeros((1, 1)), np.ones(1)), None
+    single = Known(times, np.zeros((1, 1)), np.ones(1))
     one, none = np.zeros(1, dtype=np.int64), np.zeros(1)
     watched = WatchedRun(
         *(one, one + 1, one, one, none.copy(), np.array((-3.0e-3,)), none, none - np.inf, np.empty((4, 2)), one),
         *(np.empty((0, 4)), np.empty(5), np.empty(5), np.empty((8, 2)), np.empty((4, 2)), one, none, none, none, 0),
         *(none, 1.0, 1.0, 1e-6, 1.0),
     )
-    assert roots_of_step.find_roots(step, single, watched, None, None, 0.0) == 0
+    assert roots_of_step.find_roots(step, Passage(Lookouts(step, step, single, None), watched, None, 0.0), 0.0) == 0
     assert looks == ([0.0] if near else [])
     assert watched.known[0] == near
     assert watched.values[0] == (-2.05e-3 if near else -3.0e-3)

@@ -11,7 +11,7 @@ import kanefe as kf
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.sampled_tables import sample_tables
 from kanefe.integrate.sampling import Sampler
-from kanefe.kernels.steppers.sampling import ASKED
+from kanefe.kernels.steppers.sampling import progress_of
 from kanefe.loads.functions import CompiledCallback
 from kanefe_fem import Rectangle, beam_body, straight_beam
 from loop_scenes import four_bar
@@ -136,8 +136,8 @@ def counted_answers(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     asked, answer = list[int](), Sampler.answer
 
     def counted(self: Sampler, *given: Any) -> None:
-        if self.samples.progress[ASKED] >= 0:
-            asked.append(int(self.samples.progress[ASKED]))
+        if (number := progress_of(self.samples).asked) >= 0:
+            asked.append(number)
         answer(self, *given)
 
     monkeypatch.setattr(Sampler, "answer", counted)

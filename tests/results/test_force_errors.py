@@ -70,7 +70,7 @@ def estimated(result: kf.Result) -> float:
 @pytest.fixture
 def unsettled(monkeypatch: pytest.MonkeyPatch) -> None:
     """Have stiff modes left in outputs as they are: what then is wrong with forces is many times rtol."""
-    monkeypatch.setattr("kanefe.integrate.methods.kernel_stepper.elastic_speeds", lambda model: np.zeros(0, dtype=int))
+    monkeypatch.setattr("kanefe.integrate.methods.kernel_memory.elastic_speeds", lambda model: np.zeros(0, dtype=int))
 
 
 @pytest.mark.usefixtures("unsettled")

@@ -22,7 +22,6 @@ from kanefe.integrate.stepper import ATOL_SHARE, StepControl, Stepper
 from kanefe.kernels.compiler.compiled_functions import CompiledFunction
 from kanefe.kernels.compiler.signatures import COMPLEX
 from kanefe.kernels.evaluation.evaluation import evaluate
-from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
 if TYPE_CHECKING:
     from kanefe.integrate.methods.kernel_stepper import KernelStepper
@@ -113,7 +112,7 @@ def functions_of_methods(model: Model, options: RunOptions) -> list[CompiledFunc
         if row.name in names and isinstance(row.stepper, Compiled):
             kernels = row.stepper.kernels_for(model)
             found += [kernels.advance.unit, kernels.interpolate.unit]
-            if JACOBIAN_ROW in kernels.integers and not kernels.takes_directions:
+            if kernels.has_jacobian and not kernels.takes_directions:
                 found.append(evaluate.unit(COMPLEX))
     return found
 

@@ -12,7 +12,6 @@ from kanefe.integrate.auto.in_turn import SteppersInTurn
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.stepper import StepFailure, Stepper
-from kanefe.kernels.steppers.step_commands import SMALLEST
 from kanefe.tree.bending import Bent
 
 
@@ -42,7 +41,7 @@ class HandingOver(SteppersInTurn):
         self._first, self._make_second = first, second
         self._second: KernelStepper | None = None
         self._aim: float | None = None
-        first.reals[SMALLEST] = max(first.reals[SMALLEST], least)
+        first.step.smallest = max(first.step.smallest, least)
 
     @property
     def _now(self) -> Stepper:

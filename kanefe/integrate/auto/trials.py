@@ -11,7 +11,6 @@ import numpy as np
 from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.auto.work import WorkCounter
-from kanefe.kernels.steppers.step_commands import NEXT_STEP
 from kanefe.tree.model_data import QUADRATURES
 
 if TYPE_CHECKING:
@@ -102,7 +101,7 @@ def went_over(
 
     rival.go_on_with(stretch.t, stretch.y)  # nothing jumps there: it keeps the step that it found before
     if rival.step_count == 0:
-        rival.reals[NEXT_STEP] = min(rival.reals[NEXT_STEP], (end[0] - stretch.t) / SOME_STEPS)
+        rival.step.next_step = min(rival.step.next_step, (end[0] - stretch.t) / SOME_STEPS)
     row = np.empty((1, len(stretch.y)))
     try:
         for t, y in (*stretch.samples, end):

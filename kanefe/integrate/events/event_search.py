@@ -28,10 +28,9 @@ from kanefe.kernels.events.event_search import (
     time_tolerance,
 )
 from kanefe.kernels.events.watched_run import (
-    BOUND,
-    BOUND_CHANGES,
     STORM,
     STORM_SHARE,
+    Does,
     WatchedRun,
 )
 from kanefe.kernels.impacts.contact_questions import report_count
@@ -151,7 +150,8 @@ class EventWatch:
         first = model.coordinate_count + model.free_count + model.state_count
         changes = [event for event in self.events if isinstance(event, ContactChange)]
         if any(event.terminal and isinstance(event, ReportedContactEvent) for event in self.events):
-            kinds = [BOUND if kind == BOUND_CHANGES else kind for kind in kinds]  # Python looks at what they lead to
+            # Python looks at what they lead to
+            kinds = [Does.BOUND if kind == Does.BOUND_CHANGES else kind for kind in kinds]
         of_run = (changes[0].stop, changes[0].rtol, changes[0].look.length) if changes else (np.inf, 0.0, 1.0)
         reports = report_count(sum(len(model.rigid_contact(k).probes) for k in range(len(model.rigid_contacts))))
         return WatchedRun(

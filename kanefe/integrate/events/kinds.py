@@ -5,7 +5,7 @@ from __future__ import annotations
 from kanefe.integrate.events.contact_changes import ContactChange
 from kanefe.integrate.events.event import Event
 from kanefe.integrate.events.load_events import EventOfLoad
-from kanefe.kernels.events.watched_run import ACTS, BOUND_CHANGES, CHANGES
+from kanefe.kernels.events.watched_run import Does
 from kanefe.loads.by_kernel import ActionByKernel
 
 
@@ -17,7 +17,7 @@ def ends_step_alone(event: Event) -> bool:
 def kind_for_kernels(event: Event) -> int:
     """Return what an event does, as `WatchedRun.kinds` has it."""
     if isinstance(event, ContactChange):
-        return BOUND_CHANGES
+        return Does.BOUND_CHANGES
     if isinstance(event, EventOfLoad) and isinstance(event.of.action, ActionByKernel) and not event.acts_as_asked:
-        return CHANGES
-    return ACTS if event.acts and not ends_step_alone(event) else int(event.acts)
+        return Does.CHANGES
+    return Does.ACTS if event.acts and not ends_step_alone(event) else int(event.acts)

@@ -20,9 +20,7 @@ def _kernels() -> Kernels:
     return Kernels(
         advance=energy_momentum.advance_keeping,
         interpolate=energy_momentum.interpolate_keeping,
-        rows=kept_quantities.ROWS,
-        reals=kept_quantities.REALS,
-        integers={},
+        record=kept_quantities.KeepingStep,
         is_implicit=True,
         keeps_balance=True,
         prepare=_prepare,
@@ -31,14 +29,12 @@ def _kernels() -> Kernels:
 
 def _prepare(memory: Memory) -> None:
     """Write which frequencies the iteration has to know, and whether momenta are kept."""
-    from kanefe.kernels.steppers.kept_quantities import FREQUENCIES
-    from kanefe.kernels.steppers.step_commands import KEEPS_MOMENTA
     from kanefe.tree.scales import modal_frequencies
 
-    model = memory.dynamics.model
+    step, model = memory.step, memory.dynamics.model
     n, m = model.coordinate_count, model.free_count
-    memory.vectors[FREQUENCIES, n : n + m] = modal_frequencies(model)
-    memory.integers[KEEPS_MOMENTA] = flies_freely(model)
+    step.frequencies[n : n + m] = modal_frequencies(model)
+    step.keeps_momenta = flies_freely(model)
 
 
 def flies_freely(model: Model) -> bool:

@@ -118,29 +118,22 @@ def _look_at_contacts(memory: Memory) -> None:
     Events are looked for at four places of each step: a run has as many of them as steps with functions of the user.
     """
     from kanefe.kernels.events.watched_run import SHARES
-    from kanefe.kernels.steppers.step_commands import LARGEST, STOP, TIME
 
-    reals = memory.reals
+    step = memory.step
     if any(load.acts_at_once for load in memory.dynamics.model.loads):
-        longest = (reals[STOP] - reals[TIME]) / LEAST_STEPS * len(SHARES)
-        reals[LARGEST] = min(reals[LARGEST], longest)
+        step.largest = min(step.largest, (step.stop - step.time) / LEAST_STEPS * len(SHARES))
 
 
 def _kernels(found: Tableau) -> Kernels:
     from kanefe.kernels.steppers import explicit_steps as kernel
 
+    own = {name: int(getattr(found, name)) for name in ("stages", "extra", "estimates", "dense", "order")}
+    own["rate_count"] = found.stages + 1 + found.extra
     return Kernels(
         advance=kernel.advance_explicitly,
         interpolate=kernel.interpolate_explicitly,
-        rows=kernel.FIRST_RATE + found.stages + 1 + found.extra,
-        reals=kernel.REALS,
-        integers={
-            kernel.STAGES: found.stages,
-            kernel.EXTRA: found.extra,
-            kernel.ESTIMATES: found.estimates,
-            kernel.DENSE: found.dense,
-            kernel.ORDER: found.order,
-        },
+        record=kernel.ExplicitStep,
+        whole=lambda model: own,
         table=found.table,
         prepare=_look_at_contacts,
         reach=REACH,

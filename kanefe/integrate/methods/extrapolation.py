@@ -20,9 +20,7 @@ def _kernels() -> Kernels:
     return Kernels(
         advance=extrapolation.advance_extrapolating,
         interpolate=extrapolation_dense.interpolate_extrapolating,
-        rows=extrapolation_dense.rows_needed(),
-        reals=extrapolation_dense.reals_needed(),
-        integers={},
+        record=extrapolation_dense.ExtrapolationStep,
         is_implicit=True,
         settles_outputs=True,
         prepare=_prepare,
@@ -37,26 +35,21 @@ def _prepare(memory: Memory) -> None:
     After an event vibrations may begin, of which a long step would damp the estimate: it is followed by a radian of the
     fastest.
     """
-    from kanefe.kernels.steppers.extrapolation_dense import AIM, HAS_KINKS
-    from kanefe.kernels.steppers.step_commands import IS_FIXED, IS_STIFF, LONGEST_RESTART
-
-    integers, bodies = memory.integers, memory.dynamics.model.bodies
+    step, model = memory.step, memory.dynamics.model
     if (fastest := _fastest(memory)) > 0.0:
-        memory.reals[LONGEST_RESTART] = 1.0 / fastest
-    integers[IS_STIFF] = any(body.flexible is not None or body.has_coordinate_forces for body in bodies)
-    integers[HAS_KINKS] = memory.dynamics.has_kinks
-    integers[AIM] = COLUMNS_OF_FIXED_STEPS if integers[IS_FIXED] else 0
+        step.longest_restart = 1.0 / fastest
+    step.is_stiff = any(body.flexible is not None or body.has_coordinate_forces for body in model.bodies)
+    step.has_kinks = memory.dynamics.has_kinks
+    step.aim = COLUMNS_OF_FIXED_STEPS if step.is_fixed else 0
 
 
 def _first_step(memory: Memory) -> float:
     """Return the first step: a long one would damp all vibrations, unseen by the estimate."""
     from kanefe.integrate.auto.vibrations import FIRST_SHARE, are_seen
-    from kanefe.kernels.steppers.step_commands import RELATIVE, SCALE, STATE, STOP, TIME
 
-    reals, vectors = memory.reals, memory.vectors
-    long = FIRST_SHARE * float(reals[STOP] - reals[TIME])
-    tolerances = float(reals[RELATIVE]), vectors[SCALE]
-    if are_seen(memory.dynamics, memory.t, vectors[STATE], long, *tolerances):
+    step = memory.step
+    long = FIRST_SHARE * float(step.stop - step.time)
+    if are_seen(memory.dynamics, float(step.time), step.state, long, float(step.relative), step.scale):
         return min(long, 1.0 / _fastest(memory))
     return long
 

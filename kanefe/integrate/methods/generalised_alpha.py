@@ -7,13 +7,12 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from kanefe.equations.routes import directions_of_loads
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.integrate.methods.method import Method, without_rigid_contacts
 from kanefe.integrate.stepper import Unconverged
+from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.route import Form
 
 if TYPE_CHECKING:
@@ -56,56 +55,54 @@ def compiled_alpha(formula: GeneralisedAlpha) -> CompiledAlpha:
 def _kernels(formula: GeneralisedAlpha, takes_jacobian: bool, directions: int) -> Kernels:
     from kanefe.integrate.methods.kernel_set import Kernels
     from kanefe.kernels.steppers import generalised_alpha, generalised_alpha_state
-    from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS
-    from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
-    rows, rows_per_speed, rows_per_state = generalised_alpha_state.rows_needed(takes_jacobian, directions)
-    first = generalised_alpha_state.JACOBIAN_ROWS
     return Kernels(
         advance=generalised_alpha.advance_generalised_alpha,
         interpolate=generalised_alpha_state.interpolate_generalised_alpha,
-        rows=rows,
-        rows_per_speed=rows_per_speed,
-        rows_per_state=rows_per_state,
-        reals=generalised_alpha_state.REALS,
-        integers={JACOBIAN_ROW: first, MOST_DIRECTIONS: directions} if takes_jacobian else {},
-        table=np.array([[formula.alpha_m, formula.alpha_f, formula.gamma, formula.beta]]),
+        record=generalised_alpha_state.AlphaStep,
+        whole=partial(_whole, takes_jacobian, directions),
+        has_jacobian=takes_jacobian,
         is_implicit=not takes_jacobian or directions > 0,
         takes_directions=directions > 0,
-        prepare=_prepare,
+        prepare=partial(_prepare, formula),
         unconverged=_unconverged,
         restart_share=1.0,
     )
 
 
-def _prepare(memory: Memory) -> None:
-    """Write what a scene has of the method, and what is allowed of displacements and of internal states."""
-    from kanefe.kernels.steppers import generalised_alpha_state as places
-    from kanefe.kernels.steppers.step_commands import IS_FIXED, JACOBIAN_ROW, RELATIVE
+def _whole(takes_jacobian: bool, directions: int, model: ModelData) -> dict[str, int]:
+    """Return what a scene has of the method, and the lengths of its matrices."""
+    m, followed = model.free_count, model.state_count if model.states_move else 0
+    rows = size = 0
+    if directions > 0:
+        rows, size = 2 * directions + followed, directions
+    elif takes_jacobian:
+        rows, size = m + model.state_count + QUADRATURES, m + followed
+    has_stiffness = any(body.flexible or body.has_coordinate_forces for body in model.bodies)
+    own = {"takes_jacobian": takes_jacobian, "most_directions": directions, "has_stiffness": has_stiffness}
+    return {"followed": followed, "jacobian_rows": rows, "factor_size": size, **own}
+
+
+def _prepare(formula: GeneralisedAlpha, memory: Memory) -> None:
+    """Write the formula, and what is allowed of displacements and of internal states."""
     from kanefe.tree.scales import displacement_scales, state_scales
 
-    model, integers = memory.dynamics.model, memory.integers
+    model, step = memory.dynamics.model, memory.step
+    step.alpha_m, step.alpha_f = formula.alpha_m, formula.alpha_f
+    step.gamma, step.beta = formula.gamma, formula.beta
     n, m = model.coordinate_count, model.free_count
-    integers[places.TAKES_JACOBIAN] = integers[JACOBIAN_ROW] > 0
-    integers[places.FOLLOWED] = model.state_count if model.states_move else 0
-    integers[places.HAS_STIFFNESS] = any(body.flexible or body.has_coordinate_forces for body in model.bodies)
-    rtol = FIXED_RTOL if integers[IS_FIXED] else memory.reals[RELATIVE]
-    allowed = memory.vectors[places.ALLOWED]
-    allowed[:] = rtol * state_scales(model)
-    allowed[n : n + m] = rtol * displacement_scales(model)
+    rtol = FIXED_RTOL if step.is_fixed else step.relative
+    step.allowed[:] = rtol * state_scales(model)
+    step.allowed[n : n + m] = rtol * displacement_scales(model)
 
 
 def _unconverged(memory: Memory) -> Unconverged | None:
     """Return which steps were left before their iteration had converged."""
-    from kanefe.kernels.steppers import generalised_alpha_state as places
-
-    count = int(memory.integers[places.UNCONVERGED])
-    if count == 0:
+    step = memory.step
+    if step.unconverged == 0:
         return None
-    first, last, largest = (
-        float(memory.reals[place]) for place in (places.FIRST_UNCONVERGED, places.LAST_UNCONVERGED, places.LARGEST_LEFT)
-    )
-    return Unconverged(count, first, last, FIXED_RTOL * largest)
+    first, last, largest = map(float, (step.first_unconverged, step.last_unconverged, step.largest_left))
+    return Unconverged(step.unconverged, first, last, FIXED_RTOL * largest)
 
 
 METHOD = Method(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from kanefe.kernels.compiler.entries import Pointer
 if TYPE_CHECKING:
     from kanefe.integrate.dynamics import Dynamics
     from kanefe.integrate.stepper import Unconverged
+    from kanefe.kernels.steppers.step_commands import Step
+    from kanefe.tree.model_data import ModelData
 
 
 class Memory(Protocol):
@@ -22,19 +24,12 @@ class Memory(Protocol):
     Attributes
     ----------
     dynamics : Dynamics
-    integers, reals, vectors : ndarray
-        As `kanefe.kernels.steppers.step_commands` names their places; hooks write to them.
+    step : Step
+        Of the method's own kind; hooks write to it.
     """
 
     dynamics: Dynamics
-    integers: np.ndarray
-    reals: np.ndarray
-    vectors: np.ndarray
-
-    @property
-    def t(self) -> float:
-        """Time reached in s."""
-        ...
+    step: Any
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,12 +39,14 @@ class Kernels:
     Attributes
     ----------
     advance, interpolate : Pointer
-    rows, rows_per_speed, rows_per_state, reals : int
-        Rows of vectors that it takes, further ones for every speed and every internal state, and reals.
-    integers : dict of int to int
-        Its own integers at the start.
+    record : type
+        Its kind of `Step`.
+    whole : function (model) -> dict of str to int
+        Its own whole numbers at the start, by name; lengths of its arrays among them.
     table : ndarray
-        Its coefficients.
+        Its coefficients, where they are a table.
+    has_jacobian : bool
+        Whether it solves with a Jacobian, or with directions in its place.
     is_implicit : bool
         Whether it wants linearly implicit evaluations.
     takes_directions : bool
@@ -79,11 +76,9 @@ class Kernels:
 
     advance: Pointer
     interpolate: Pointer
-    rows: int
-    reals: int
-    rows_per_speed: int = 0
-    rows_per_state: int = 0
-    integers: dict[int, int]
+    record: type[Step]
+    whole: Callable[[ModelData], dict[str, int]] = lambda model: {}
+    has_jacobian: bool = False
     table: Matrix = field(default_factory=lambda: np.zeros((1, 1)))
     is_implicit: bool = False
     takes_directions: bool = False

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
-from kanefe.frames import Matrix
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels, Memory
 from kanefe.integrate.methods.method import Method
+from kanefe.kernels.values.tensors import Matrix as Square
+from kanefe.tree.model_data import QUADRATURES, ModelData
 
 
-def radau_iia() -> Matrix:
-    """Return the nodes and the transformation of Radau IIA of order 5, as `kanefe.kernels.steppers.radau` reads them.
+def radau_iia() -> dict[str, Any]:
+    """Return the coefficients of Radau IIA of order 5, as `kanefe.kernels.steppers.radau` has them.
 
     The inverse of its matrix has one real eigenvalue and a pair of complex ones (Hairer & Wanner, Solving Ordinary
     Differential Equations II, 1996, table 5.6 and IV.8).
@@ -31,7 +33,9 @@ def radau_iia() -> Matrix:
     # the error estimate: a formula of order 3 with the rates at the start, whose share is 1 / gamma
     error = np.linalg.solve(powers.T, 1.0 / np.arange(1, 4) - np.array([1.0 / gamma, 0.0, 0.0]))
     weights = gamma * (np.linalg.inv(A).T @ (error - A[2]))
-    return np.vstack((nodes, T, np.linalg.inv(T), weights, [gamma, values[upper].real, values[upper].imag]))
+    of_stages = {"T": Square(*T.ravel()), "T_inverse": Square(*np.linalg.inv(T).ravel())}
+    eigenvalues = {"gamma": gamma, "alpha": values[upper].real, "beta": values[upper].imag}
+    return {"nodes": nodes, "weights": weights, **of_stages, **eigenvalues}
 
 
 def of_order_three(rtol: float) -> float:
@@ -42,31 +46,39 @@ def of_order_three(rtol: float) -> float:
     return min(0.1 * rtol ** (2.0 / 3.0), 0.6 * rtol**0.8)
 
 
-def _follow_states(memory: Memory) -> None:
-    """Have internal states of loads that move between events solved for with the speeds."""
-    from kanefe.kernels.steppers.radau_polynomial import FOLLOWED
+@cache
+def _coefficients() -> dict[str, Any]:
+    return radau_iia()
 
-    model = memory.dynamics.model
-    memory.integers[FOLLOWED] = model.state_count if model.states_move else 0
+
+def _whole(model: ModelData) -> dict[str, int]:
+    """Return how much is solved for: internal states of loads that move between events beside the speeds."""
+    followed = model.state_count if model.states_move else 0
+    rows = model.free_count + model.state_count + QUADRATURES
+    return {"followed": followed, "unknowns": model.free_count + followed, "jacobian_rows": rows}
+
+
+def _prepare(memory: Memory) -> None:
+    step = memory.step
+    for name, value in _coefficients().items():
+        if isinstance(value, np.ndarray):
+            getattr(step, name)[:] = value
+        else:
+            setattr(step, name, value)
 
 
 @cache
 def _kernels() -> Kernels:
     from kanefe.kernels.steppers import radau, radau_polynomial
-    from kanefe.kernels.steppers.step_commands import JACOBIAN_ROW
 
-    rows, rows_per_speed, rows_per_state = radau_polynomial.rows_needed()
     return Kernels(
         advance=radau.advance_radau,
         interpolate=radau_polynomial.interpolate_radau,
-        rows=rows,
-        rows_per_speed=rows_per_speed,
-        rows_per_state=rows_per_state,
-        reals=radau_polynomial.REALS,
-        integers={JACOBIAN_ROW: radau_polynomial.JACOBIAN_ROWS},
-        table=radau_iia(),
+        record=radau_polynomial.RadauStep,
+        whole=_whole,
+        has_jacobian=True,
         of_tolerance=of_order_three,
-        prepare=_follow_states,
+        prepare=_prepare,
         settles_outputs=True,
         scales_with_forces=True,
         restart_share=0.0,  # vibrations may begin there

@@ -15,17 +15,17 @@ from kanefe.tree.model_data import ModelData
 AT_ONCE = 32
 """Number of steps that are evaluated together."""
 
-WatchedRun = list[tuple[str, slice, InnerRotations]]
+WatchedBodies = list[tuple[str, slice, InnerRotations]]
 
 
-def watched_bodies(model: ModelData) -> WatchedRun:
+def watched_bodies(model: ModelData) -> WatchedBodies:
     """Return name, coordinates and inner rotations of each body that can bend."""
     flexible = [(body.name, body.flexible) for body in model.bodies if body.flexible is not None]
     found = [(name, terms.eta, inner_rotations(terms.body)) for name, terms in flexible]
     return [(name, eta, inner) for name, eta, inner in found if inner is not None]
 
 
-def bends_in_kernels(bodies: WatchedRun, base: int) -> tuple[np.ndarray, Vector]:
+def bends_in_kernels(bodies: WatchedBodies, base: int) -> tuple[np.ndarray, Vector]:
     """Return what kernels watch: rows of integers, and reals that are to lie from the place `base` on.
 
     See `kanefe.kernels.evaluation.bending`.
@@ -38,7 +38,7 @@ def bends_in_kernels(bodies: WatchedRun, base: int) -> tuple[np.ndarray, Vector]
     return np.array(integers, dtype=np.int64), np.concatenate([np.zeros(0), *reals])
 
 
-def bends_of_kernels(bodies: WatchedRun, integers: np.ndarray, reals: Vector) -> list[Bent]:
+def bends_of_kernels(bodies: WatchedBodies, integers: np.ndarray, reals: Vector) -> list[Bent]:
     """Return what kernels have seen."""
     found = []
     for (name, eta, _), row in zip(bodies, integers.reshape(-1, OF_BODY), strict=True):

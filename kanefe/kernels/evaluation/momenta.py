@@ -6,8 +6,6 @@ centre of mass of the scene, which keeps them sharp however far away it drifts.
 
 from __future__ import annotations
 
-import numpy as np
-
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.compiler._numba import inlined, kernel
@@ -17,20 +15,7 @@ from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.loads.coordinate_law import coordinate_potential
 from kanefe.kernels.loads.loads_between import potential_between
 from kanefe.kernels.scene import Scene, Sizes, State, Work, bodies_of, links_of, state_in, work_in
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    CENTRE,
-    ENERGY,
-    ENERGY_SIZE,
-    KEEPS_MOMENTA,
-    KINETIC,
-    LOCKED,
-    MOMENTUM,
-    RIGID,
-    ROTORS,
-    SPIN,
-    TOTAL_MASS,
-)
+from kanefe.kernels.steppers.step_commands import BalancedStep
 from kanefe.kernels.sweeps.body_inertia import first_moment
 from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.exact_beam_inertia import energies_of_beam
@@ -114,7 +99,7 @@ def _joint_energy(tables: Tables, state: State) -> float:
 
 
 @kernel
-def _put_momenta(scene: Scene, work: Work, reals: np.ndarray) -> None:
+def _put_momenta(scene: Scene, work: Work, step: BalancedStep) -> None:
     """Write mass, centre of mass, momenta about it, and the inertia about it as of one rigid body."""
     links, frames, bodies = links_of(scene), work.frames, bodies_of(scene, work)
     origin = frames[0].p  # moments about a place in the scene: it may be far from N's origin
@@ -135,22 +120,16 @@ def _put_momenta(scene: Scene, work: Work, reals: np.ndarray) -> None:
         if link.kind != Kind.INTERFACE:
             rotors += frame.R @ link.rotor
         locked += frame.J + diagonal(dot(r, first + c)) - symmetric(outer(r, first) + outer(c, r))
-    reals[TOTAL_MASS] = total
-    put_three(reals, CENTRE, origin + centre)
-    put_three(reals, MOMENTUM, momentum)
-    put_three(reals, SPIN, spin + rotors)
-    put_three(reals, ROTORS, rotors)
-    put_three(reals, LOCKED, locked.full.x)
-    put_three(reals, LOCKED + 3, Vector(locked.full.y.y, locked.full.y.z, locked.full.z.z))
+    step.mass, step.centre, step.locked = total, origin + centre, locked
+    step.momentum, step.spin, step.rotors = momentum, spin + rotors, rotors
 
 
 @kernel
-def _put_rigid_motions(scene: Scene, work: Work, reals: np.ndarray, vectors: np.ndarray) -> None:
+def _put_rigid_motions(scene: Scene, work: Work, step: BalancedStep) -> None:
     """Write the speeds of translations of the scene along the axes of N, and of rotations about its centre of mass."""
-    n = Sizes(scene.tables.sizes).coordinate_count
-    for k in range(6):
-        vectors[RIGID + k, :] = 0.0
-    centre, links, frames = three(reals, CENTRE), links_of(scene), work.frames
+    n, rigid = Sizes(scene.tables.sizes).coordinate_count, step.rigid
+    rigid[:] = 0.0
+    centre, links, frames = step.centre, links_of(scene), work.frames
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         if link.kind != Kind.FREE or link.parent >= 0:
@@ -158,9 +137,9 @@ def _put_rigid_motions(scene: Scene, work: Work, reals: np.ndarray, vectors: np.
         speed, r = n + link.speed, frame.p - centre
         for k in range(3):
             along = Vector(1.0 if k == 0 else 0.0, 1.0 if k == 1 else 0.0, 1.0 if k == 2 else 0.0)
-            put_three(vectors[RIGID + k], speed, link.axes.T @ along)
-            put_three(vectors[RIGID + 3 + k], speed, link.axes.T @ cross(along, r))
-            put_three(vectors[RIGID + 3 + k], speed + 3, frame.R.T @ along)
+            put_three(rigid[k], speed, link.axes.T @ along)
+            put_three(rigid[3 + k], speed, link.axes.T @ cross(along, r))
+            put_three(rigid[3 + k], speed + 3, frame.R.T @ along)
 
 
 # Of a prepared call of `balance`: its number
@@ -178,17 +157,17 @@ def balance(
     vectors: RealRows,
     memory: Reals,
 ) -> None:
-    """Write what a method asks for by BALANCE.
+    """Write what a method asks for by BALANCE: see `BalancedStep`.
 
-    The energies of the state AT, and where momenta are kept those, and the rigid motions of the scene. `memory` is of
+    The energies of the state `at`, and where momenta are kept those, and the rigid motions of the scene. `memory` is of
     the size of that of an evaluation.
     """
-    work = work_in(scene, memory)
-    kinetic, elastic, weight, size = _energies(scene, state_in(scene.tables, t, vectors[AT], drives, inputs), work)
-    reals[KINETIC], reals[ENERGY], reals[ENERGY_SIZE] = kinetic, kinetic + elastic + weight, kinetic + size
-    if integers[KEEPS_MOMENTA]:
-        _put_momenta(scene, work, reals)
-        _put_rigid_motions(scene, work, reals, vectors)
+    work, step = work_in(scene, memory), BalancedStep(integers, reals, vectors)
+    kinetic, elastic, weight, size = _energies(scene, state_in(scene.tables, t, step.at, drives, inputs), work)
+    step.kinetic, step.energy, step.energy_size = kinetic, kinetic + elastic + weight, kinetic + size
+    if step.keeps_momenta:
+        _put_momenta(scene, work, step)
+        _put_rigid_motions(scene, work, step)
 
 
 @entry()

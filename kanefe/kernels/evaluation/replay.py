@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
 from kanefe.kernels.compiler.entries import pointer
-from kanefe.kernels.steppers.step_commands import AT, DONE, RATES, SLOPE, STAGE, STEPS, TIME_AT, ask
+from kanefe.kernels.steppers.step_commands import Command, Step, ask
 
 TIME_OF, STATE_OF = 0, 1
 
@@ -16,16 +16,17 @@ TIME_OF, STATE_OF = 0, 1
 def revisit(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Ask for the rates at one state after the other; write them in the place of the states.
 
-    Rows of the table are a time (s) and a state. `integers` count in STEPS the rows that are done.
+    Rows of the table are a time (s) and a state; `steps` counts those that are done.
     """
-    if integers[STAGE]:
-        copy(vectors[SLOPE], table[integers[STEPS], STATE_OF:])
-        integers[STEPS] += 1
-    if integers[STEPS] == len(table):
-        return DONE
-    reals[TIME_AT] = table[integers[STEPS], TIME_OF]
-    copy(table[integers[STEPS], STATE_OF:], vectors[AT])
-    return ask(integers, RATES, 1)
+    step = Step(integers, reals, vectors)
+    if step.stage != 0:
+        copy(step.slope, table[step.steps, STATE_OF:])
+        step.steps += 1
+    if step.steps == len(table):
+        return Command.DONE.value
+    step.time_at = table[step.steps, TIME_OF]
+    copy(table[step.steps, STATE_OF:], step.at)
+    return ask(step, Command.RATES, 1)
 
 
 @pointer(INTERPOLATE)

@@ -40,14 +40,7 @@ from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.loads.reach import nearness_at
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
-from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS, RANK, SHARE_OF_RATES
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    JACOBIAN_ROW,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    TIME_AT,
-)
+from kanefe.kernels.steppers.step_commands import DirectedStep
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.tables import LoadsBetween
 from kanefe.kernels.tree import Kind
@@ -89,22 +82,17 @@ def put_directions(
     memory: Reals,
     own: Reals,
 ) -> None:
-    """Write the rows Z, then those of W and V, then X and Y, from JACOBIAN_ROW on, and how many there are of the first.
+    """Write the rows Z, then those of W and V, then X and Y, from `jacobian_row` on, and how many of the first.
 
-    The state AT has been evaluated, linearly implicit, with the same `memory`. `own` is of `directions_memory_size`.
-    States are followed where SHARE_OF_RATES is above zero.
+    The state `at` has been evaluated, linearly implicit, with the same `memory`. `own` is of `directions_memory_size`.
+    States are followed where `share_of_rates` is above zero.
     """
-    work, state = work_in(scene, memory), state_in(scene.tables, reals[TIME_AT], vectors[AT], drives, inputs)
-    between, acting, speeds, m, most = (
-        scene.between,
-        work.acting,
-        len(work.applied),
-        len(state.u),
-        integers[MOST_DIRECTIONS],
-    )
+    step = DirectedStep(integers, reals, vectors)
+    work, state = work_in(scene, memory), state_in(scene.tables, step.time_at, step.at, drives, inputs)
+    between, acting, speeds = scene.between, work.acting, len(work.applied)
+    m, most, first = len(state.u), step.most_directions, step.jacobian_row
     rest, given = own[2 * speeds :], Directions(scene, work, own[:speeds], own[speeds : 2 * speeds])
-    shares = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS], reals[SHARE_OF_RATES]
-    first = integers[JACOBIAN_ROW]
+    shares = step.share_damping, step.share_stiffness, step.share_of_rates
     Z, W, X = vectors[first : first + most], vectors[first + most : first + 2 * most], vectors[first + 2 * most :]
     nearness, rank = acting[nearness_at(between.reach) :], 0
     for n in range(len(between.loads)):
@@ -130,7 +118,7 @@ def put_directions(
             take_off(T, count, a, b)
             rank += 1
             largest, a, b = largest_of(T, count)
-    integers[RANK] = rank
+    step.rank = rank
 
 
 @kernel

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.events.closing_call import close_at
-from kanefe.kernels.events.lookout import Single, look_at_states
-from kanefe.kernels.events.watched_run import BOUND_CHANGES, CHANGES, STORM_SHARE, Lookout, WatchedRun
+from kanefe.kernels.events.lookout import look_at_states
+from kanefe.kernels.events.watched_run import STORM_SHARE, Does, Lookout, Passage, WatchedRun
 from kanefe.kernels.impacts.contact_questions import (
     IS_DECIDED,
     LENGTH,
@@ -21,39 +21,52 @@ from kanefe.kernels.impacts.contact_questions import (
 from kanefe.kernels.sweeps.drives import put_drives
 
 
+@inlined
+def happens(watched: WatchedRun, event: int, t: float, found: int) -> bool:
+    """Return whether an event is among what was found, at a time or later."""
+    is_found = False
+    for i in range(found):
+        is_found = is_found or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
+    return is_found
+
+
 @kernel
 def _changes(watched: WatchedRun, event: int, t: float, found: int) -> bool:
     """Return whether an event changes states at the time at which the step ends."""
-    happens = False
-    for i in range(found):
-        happens = happens or (int(watched.found[i, 1]) == event and watched.found[i, 0] >= t)
-    return happens and (watched.kinds[event] == CHANGES or watched.kinds[event] == BOUND_CHANGES)
+    does = watched.kinds[event]
+    return (does == Does.CHANGES or does == Does.BOUND_CHANGES) and happens(watched, event, t, found)
+
+
+@kernel
+def _are_changed(watched: WatchedRun, t: float, found: int) -> bool:
+    """Return whether any event changes states."""
+    is_any = False
+    for event in range(len(watched.kinds)):
+        is_any = is_any or _changes(watched, event, t, found)
+    return is_any
 
 
 @kernel
 def is_storm(watched: WatchedRun, t: float, found: int) -> bool:
     """Return whether changes follow each other without end, which Python tells."""
-    is_any = False
-    for event in range(len(watched.kinds)):
-        is_any = is_any or _changes(watched, event, t, found)
-    return is_any and t - watched.actions[1] <= STORM_SHARE * watched.span
+    return _are_changed(watched, t, found) and t - watched.actions[1] <= STORM_SHARE * watched.span
 
 
 @kernel
-def change_states(single: Single, watched: WatchedRun, t: float, found: int) -> bool:
+def change_states(passage: Passage, t: float, found: int) -> bool:
     """Write the state after what happens, in the order of the events; return whether it is known.
 
-    The energy that changes is taken into account; the state before is that of the lookout.
+    The energy that changes is taken into account; the state before is that of the lookout for one.
     """
-    lookout, _ = single
+    lookout, watched = passage.lookouts.single, passage.watched
     y = lookout.states[0]
     lookout.contacts.asked[REPORT_COUNT] = 0.0
     for event in range(len(watched.kinds)):
         if not _changes(watched, event, t, found):
             continue
         lookout.times[0] = t
-        if watched.kinds[event] == BOUND_CHANGES:
-            is_known, gained = _change_contacts(single, watched, t, watched.changes[event, 0])
+        if watched.kinds[event] == Does.BOUND_CHANGES:
+            is_known, gained = _change_contacts(passage, t, watched.changes[event, 0])
             if not is_known:
                 return False
         else:
@@ -68,12 +81,12 @@ def change_states(single: Single, watched: WatchedRun, t: float, found: int) -> 
 
 
 @kernel
-def _change_contacts(single: Single, watched: WatchedRun, t: float, what: int) -> tuple[bool, float]:
+def _change_contacts(passage: Passage, t: float, what: int) -> tuple[bool, float]:
     """Change speeds and states of rigid contacts; return whether that is decided, and the energy gained, J."""
-    lookout, closing = single
+    lookout, closing = passage.lookouts.single, passage.lookouts.closing
     contacts, y = lookout.contacts, lookout.states[0]
     copy(y, contacts.states[0])
-    if not ask_contacts(lookout, watched, t, what):
+    if not ask_contacts(lookout, passage.watched, t, what):
         return False, 0.0
     if closing.has_loops and not close_at(closing, t, 0.0, y):
         return False, 0.0
@@ -113,10 +126,7 @@ def take_reports(lookout: Lookout, watched: WatchedRun) -> None:
 @kernel
 def mark_action(watched: WatchedRun, t: float, found: int) -> None:
     """Write the time of an action that changes states to the last ones."""
-    is_any = False
-    for event in range(len(watched.kinds)):
-        is_any = is_any or _changes(watched, event, t, found)
-    if is_any:
+    if _are_changed(watched, t, found):
         for i in range(len(watched.actions) - 1):
             watched.actions[i] = watched.actions[i + 1]
         watched.actions[-1] = t

@@ -15,8 +15,9 @@ import numpy as np
 from kanefe.kernels.compiler._numba import exact, inlined
 from kanefe.kernels.compiler.arrays import RealRows
 from kanefe.kernels.events.event_search import crossing_between, is_over, sign_of
-from kanefe.kernels.events.watched_run import ACTS, WatchedRun
-from kanefe.kernels.steppers.step_commands import BREAKPOINTS, STOP, Run, end_of_breakpoints, next_breakpoint
+from kanefe.kernels.events.watched_run import Does, WatchedRun
+from kanefe.kernels.steppers.breakpoints import next_breakpoint
+from kanefe.kernels.steppers.step_commands import Run, step_of
 
 FARTHEST = 16.0
 """Longest time ahead for which values are extrapolated, in multiples of the last step: twice what a step grows by."""
@@ -51,7 +52,7 @@ def time_to_event(found: RealRows, watched: WatchedRun, t: float, last_step: flo
     for event in range(len(watched.columns)):
         column = watched.columns[event]
         y3, y2, y1, y0 = found[-1, column], found[-2, column], found[-3, column], found[-4, column]
-        if watched.kinds[event] >= ACTS or is_over(t, watched.last[event], watched.span):
+        if watched.kinds[event] >= Does.ACTS or is_over(t, watched.last[event], watched.span):
             continue
         if not abs(y3) > watched.noise[event] or watched.directions[event] * sign_of(y3) > 0.0:
             continue
@@ -71,12 +72,12 @@ def time_to_event(found: RealRows, watched: WatchedRun, t: float, last_step: flo
 @inlined
 def smooth_until(run: Run) -> float:
     """Return up to when the forces of a run are as smooth as in the last step, but for events, s."""
-    integers, reals = run.integers, run.reals
-    end = reals[STOP]
-    if integers[BREAKPOINTS] > 0:
-        i = next_breakpoint(integers, reals)
-        if i < end_of_breakpoints(integers, reals):
-            end = min(end, reals[i])
+    step = step_of(run)
+    end = step.stop
+    if step.breakpoint_count > 0:
+        i = next_breakpoint(step)
+        if i < step.breakpoint_count:
+            end = min(end, step.breakpoints[i])
     return end
 
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.compiler._numba import exact
-from kanefe.kernels.compiler.arrays import RealRows
 from kanefe.kernels.events.event_search import find_brackets, first_with_sign, is_known, is_over, is_quiet, root_in
-from kanefe.kernels.events.lookout import Single, value_at
-from kanefe.kernels.events.watched_run import BOUND, CHANGES, ENDS_STEP, REPORTS, Lookout, WatchedRun
-from kanefe.kernels.steppers.step_commands import Run
+from kanefe.kernels.events.lookout import value_at
+from kanefe.kernels.events.watched_run import Does, Lookout, Passage, Question, WatchedRun
 
 
 @exact
@@ -33,63 +31,67 @@ def is_near(lookout: Lookout, watched: WatchedRun, event: int) -> bool:
 
 
 @exact
-def _know_starts(
-    lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, start: float
-) -> None:
+def _know_starts(lookout: Lookout, passage: Passage, start: float) -> None:
     """Look at the start of a step at what comes near in it and was only estimated before.
 
     An estimate beside values would look like a function that jumps, and may come back to zero.
     """
+    watched, found = passage.watched, passage.lookouts.single.found
     for event in range(len(watched.values)):
         if watched.known[event] > 0.0 or not is_near(lookout, watched, event):
             continue
-        value_at((single, watched, run, vectors, event, 0.0), start)
+        value_at(Question(passage, event, 0.0), start)
         other = event
         while other < len(watched.values) and watched.loads[other] == watched.loads[event]:
-            watched.values[other], watched.known[other] = single[0].found[0, watched.columns[other]], 1.0
+            watched.values[other], watched.known[other] = found[0, watched.columns[other]], 1.0
             other += 1
 
 
 @exact
-def find_roots(lookout: Lookout, single: Single, watched: WatchedRun, run: Run, vectors: RealRows, start: float) -> int:
+def find_roots(lookout: Lookout, passage: Passage, start: float) -> int:
     """Write what happened from a time on, in order of time; return how much that is, -1 if it is not looked for."""
-    _know_starts(lookout, single, watched, run, vectors, start)
-    total = 0
+    watched, total = passage.watched, 0
+    _know_starts(lookout, passage, start)
     for event in range(len(watched.values)):
-        if (
-            not is_near(lookout, watched, event)
-            and watched.values[event] * lookout.found[0, watched.columns[event]] > 0.0
-        ):
+        is_one_side = watched.values[event] * lookout.found[0, watched.columns[event]] > 0.0
+        if is_one_side and not is_near(lookout, watched, event):
             continue  # it is on one side in all of the step
-        count = sample(lookout, watched, event, start)
-        is_bound = watched.kinds[event] >= BOUND
+        count, is_bound = sample(lookout, watched, event, start), watched.kinds[event] >= Does.BOUND
         if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
             continue
-        if watched.kinds[event] == BOUND:
+        if watched.kinds[event] == Does.BOUND:
             return -1
-        noise = watched.noise[event]
-        first = first_with_sign(watched.samples, count, noise)
-        # what must not be below zero happens wherever it is
-        is_below = is_bound and watched.samples[first] < -noise
-        data = (single, watched, run, vectors, event, noise if is_below else 0.0)
-        if is_below:
-            watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
-            brackets = 1
-        else:
-            samples = watched.times, watched.samples, count, first
-            brackets = find_brackets(value_at, data, *samples, watched.directions[event], watched.brackets)
-        for k in range(min(brackets, len(watched.found) - total)):
-            a, b = watched.brackets[k, 0], watched.brackets[k, 1]
-            # what changes as a point lands depends on the force there: there is none before
-            t = root_in(value_at, data, a, b, watched.span, is_bound or watched.kinds[event] <= CHANGES)
-            if watched.kinds[event] == REPORTS and is_known(t, watched.last[event], watched.span):
-                continue  # another event ended the step at that moment
-            at = total
-            while at > 0 and watched.found[at - 1, 0] > t:
-                watched.found[at, 0], watched.found[at, 1] = watched.found[at - 1, 0], watched.found[at - 1, 1]
-                at -= 1
-            watched.found[at, 0], watched.found[at, 1] = t, event
-            total += 1
+        total = _add_roots(passage, event, count, total)
+    return total
+
+
+@exact
+def _add_roots(passage: Passage, event: int, count: int, total: int) -> int:
+    """Put the roots of an event with so many samples among those that are found; return how many these are then."""
+    watched, does = passage.watched, passage.watched.kinds[event]
+    is_bound, noise = does >= Does.BOUND, watched.noise[event]
+    first = first_with_sign(watched.samples, count, noise)
+    # what must not be below zero happens wherever it is
+    is_below = is_bound and watched.samples[first] < -noise
+    of = Question(passage, event, noise if is_below else 0.0)
+    if is_below:
+        watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
+        brackets = 1
+    else:
+        samples = watched.times, watched.samples, count, first
+        brackets = find_brackets(value_at, of, *samples, watched.directions[event], watched.brackets)
+    for k in range(min(brackets, len(watched.found) - total)):
+        a, b = watched.brackets[k, 0], watched.brackets[k, 1]
+        # what changes as a point lands depends on the force there: there is none before
+        t = root_in(value_at, of, a, b, watched.span, is_bound or does <= Does.CHANGES)
+        if does == Does.REPORTS and is_known(t, watched.last[event], watched.span):
+            continue  # another event ended the step at that moment
+        at = total
+        while at > 0 and watched.found[at - 1, 0] > t:
+            watched.found[at, 0], watched.found[at, 1] = watched.found[at - 1, 0], watched.found[at - 1, 1]
+            at -= 1
+        watched.found[at, 0], watched.found[at, 1] = t, event
+        total += 1
     return total
 
 
@@ -98,7 +100,7 @@ def first_acting(watched: WatchedRun, found: int, is_any: bool) -> float:
     """Return the time of the first event, on request of any that does more than to be reported; infinity without."""
     for i in range(found):
         t, event = watched.found[i, 0], int(watched.found[i, 1])
-        is_again = watched.kinds[event] == ENDS_STEP and is_over(t, watched.last[event], watched.span)
-        if is_any or (watched.kinds[event] != REPORTS and not is_again):
+        is_again = watched.kinds[event] == Does.ENDS_STEP and is_over(t, watched.last[event], watched.span)
+        if is_any or (watched.kinds[event] != Does.REPORTS and not is_again):
             return t
     return np.inf

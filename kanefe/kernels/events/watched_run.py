@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +17,9 @@ from kanefe.kernels.compiler.arrays import (
     RealRows,
     Reals,
 )
+from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.contact_questions import ASKED
+from kanefe.kernels.steppers.step_commands import Run
 from kanefe.kernels.sweeps.drives import Drives
 
 SHARES = np.arange(1, 5) / 4.0
@@ -29,10 +32,17 @@ however near its next zero is."""
 IS_CUT = 1
 """Place in `WatchedRun.counts`, see there."""
 
-REPORTS, ENDS_STEP, CHANGES, ACTS, BOUND, BOUND_CHANGES = range(6)
-"""Values for the action of an event: it is only reported; it also ends the step without a change; it also changes
-states of its load; Python has to act; Python has to act as soon as the function is below zero, by whatever way; or
-rigid contacts change as soon as it is."""
+
+class Does(IntEnum):
+    """What an event does."""
+
+    REPORTS = 0  # it is only reported
+    ENDS_STEP = 1  # it also ends the step without a change
+    CHANGES = 2  # it also changes states of its load
+    ACTS = 3  # Python has to act
+    BOUND = 4  # Python has to act as soon as the function is below zero, by whatever way
+    BOUND_CHANGES = 5  # rigid contacts change as soon as it is
+
 
 STORM, STORM_SHARE = 32, 1e-6
 """Number of actions within this fraction of the span from which they count as an infinite sequence."""
@@ -60,7 +70,7 @@ class WatchedRun(NamedTuple):
     ----------
     columns, directions, kinds : ndarray of int, shape (events,)
         Of each its column among the values looked at, the way through zero that counts (1, -1, or 0 for both), and
-        what it does: REPORTS, ENDS_STEP, CHANGES, ACTS or BOUND.
+        what it `Does`.
     loads : ndarray of int, shape (events,)
         Of each the number of its load in the tables, or the number of loads where it is of none.
     known : ndarray, shape (events,)
@@ -201,3 +211,47 @@ class Lookout(NamedTuple):
     only: Integers
     near: Reals
     contacts: ContactCalls
+
+
+class Lookouts(NamedTuple):
+    """The lookouts of a run.
+
+    Attributes
+    ----------
+    quiet, fresh, single : Lookout
+        With SHARES, FIRST_SHARES, and one place.
+    closing : ClosingCall
+        What closes the loops of states at which values are looked for one by one.
+    """
+
+    quiet: Lookout
+    fresh: Lookout
+    single: Lookout
+    closing: ClosingCall
+
+
+class Passage(NamedTuple):
+    """A run that passes over events.
+
+    Attributes
+    ----------
+    lookouts : Lookouts
+    watched : WatchedRun
+    run : Run
+    restart_share : float
+        Of the step before, with which the method begins after an event that has not happened before; with 0 it finds a
+        first step itself, whenever states may have changed.
+    """
+
+    lookouts: Lookouts
+    watched: WatchedRun
+    run: Run
+    restart_share: float
+
+
+class Question(NamedTuple):
+    """What `kanefe.kernels.events.event_search` asks for the value of: an event, above a level."""
+
+    passage: Passage
+    event: int
+    above: float

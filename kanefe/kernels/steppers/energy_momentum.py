@@ -26,73 +26,31 @@ adds up over the steps.
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
 from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.steppers.breakpoints import accept, clip
 from kanefe.kernels.steppers.kept_quantities import (
-    CHANGE,
     CLOSE,
-    CORRECTIONS,
-    DIRECTIONS,
-    FOUND,
-    FREQUENCIES,
-    HAS_DIRECTIONS,
-    MEMORY,
-    MOVE,
-    NEW,
-    OLD,
     PUSH,
-    RESIDUAL,
-    RIGID_PART,
-    RIGID_PART_OF_Z,
     SHARE,
-    SHIFT,
-    SWEEPS,
-    TRIED,
+    KeepingStep,
+    along_and_about,
     correct,
     finish,
     keep,
     put_middle,
     put_z,
 )
-from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING, mix
-from kanefe.kernels.steppers.step_commands import (
-    ACCEPTED,
-    AT,
-    BALANCE,
-    COORDINATES,
-    DAMPING_DIRECTION,
-    DONE,
-    FAILED,
-    IMPLICIT,
-    KEEPS_MOMENTA,
-    NEXT_STEP,
-    NO_CONVERGENCE,
-    REASON,
-    SCALE,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    SLOPE,
-    SPEEDS,
-    STAGE,
-    STATE,
-    STATE_OLD,
-    STEP,
-    STIFFNESS_DIRECTION,
-    STOP,
-    TIME,
-    TIME_AT,
-    TIME_OLD,
-    accept,
-    ask,
-    clip,
-    largest_share,
-    move,
-    move_within,
-)
+from kanefe.kernels.steppers.mixing import mix
+from kanefe.kernels.steppers.moves import move, move_within
+from kanefe.kernels.steppers.step_commands import Command, Reason, ask, fail, largest_share
+from kanefe.kernels.values.tensors import Vector, dot
 
 MANY_SWEEPS, MOST_SWEEPS = 30, 60
 
@@ -102,152 +60,158 @@ SOLVED = 10.0
 ROUGH = 1e7
 """Accuracy of the accelerations, in multiples of `CLOSE`, that suffices to see which quantities are not conserved."""
 
-BEGIN, REFERENCE, ITERATED, OF_MIDDLE, OF_Z, WEIGHED, NEXT = range(7)
+
+class Stage(IntEnum):
+    """Where to go on."""
+
+    BEGIN = 0
+    REFERENCE = 1
+    ITERATED = 2
+    OF_MIDDLE = 3
+    OF_Z = 4
+    WEIGHED = 5
+    NEXT = 6
 
 
 @kernel
-def _put_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, x: np.ndarray) -> None:
+def _put_step(step: KeepingStep, x: np.ndarray) -> None:
     """Write the speeds in the middle and at the end and the move of the coordinates that follow from unknowns x."""
-    n, m, h, b = integers[COORDINATES], integers[SPEEDS], reals[STEP], x[SHARE]
-    state, at, new, s = vectors[STATE], vectors[AT], vectors[NEW], vectors[MOVE]
+    n, h, b, keeps = step.coordinates, step.h, x[SHARE], step.keeps_momenta
+    state, at, new, s, directions = step.state, step.at, step.new, step.way, step.directions
     turn = 0.25 * b * h * h
-    for i in range(n, n + m):
+    push = Vector(0.0, 0.0, 0.0)
+    spin = shift = shift_about = push
+    if keeps:
+        push = Vector(x[PUSH], x[PUSH + 1], x[PUSH + 2]) - b * step.v
+        spin = Vector(x[PUSH + 3], x[PUSH + 4], x[PUSH + 5]) - b * step.w
+        shift, shift_about = turn * step.v_of_z + step.shift, turn * step.w_of_z
+    for i in range(n, n + step.speeds):
         pushed, shifted = h * x[i], -turn * x[i]
-        if integers[KEEPS_MOMENTA]:
-            for k in range(6):
-                direction = vectors[DIRECTIONS + k, i]
-                pushed += (x[PUSH + k] - b * reals[RIGID_PART + k]) * direction
-                shifted += (turn * reals[RIGID_PART_OF_Z + k] + reals[SHIFT + k]) * direction
+        if keeps:
+            along, about = along_and_about(directions, i)
+            pushed += dot(push, along) + dot(spin, about)
+            shifted += dot(shift, along) + dot(shift_about, about)
         at[i] = (state[i] + 0.5 * pushed) / (1.0 - 0.5 * b)
         new[i] = 2.0 * at[i] - state[i]
         s[i] = h * at[i] + shifted
 
 
 @kernel
-def _ask_middle(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+def _ask_middle(step: KeepingStep) -> int:
     """Ask for z in the middle of the step."""
-    n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
-    state, at, z, half = vectors[STATE], vectors[AT], vectors[TRIED], vectors[SLOPE]
-    _put_step(integers, reals, vectors, z)
+    n, m, h, state, at, z, half = step.coordinates, step.speeds, step.h, step.state, step.at, step.tried, step.slope
+    by_damping, by_stiffness, way = step.damping_direction, step.stiffness_direction, step.way
+    _put_step(step, z)
     for i in range(n, n + m):
-        half[i] = 0.5 * vectors[MOVE, i]
-        vectors[DAMPING_DIRECTION, i] = 0.5 * h * z[i]
-        vectors[STIFFNESS_DIRECTION, i] = 0.25 * h * h * z[i]
-    move(integers, state, half, n, at)
-    for i in range(n + m, len(state)):
-        at[i] = state[i]
-    reals[SHARE_DAMPING], reals[SHARE_STIFFNESS] = 0.5 * h, 0.25 * h * h
-    reals[TIME_AT] = reals[TIME] + 0.5 * h
-    integers[SWEEPS] += 1
-    return ask(integers, IMPLICIT, ITERATED)
+        half[i] = 0.5 * way[i]
+        by_damping[i] = 0.5 * h * z[i]
+        by_stiffness[i] = 0.25 * h * h * z[i]
+    move(step, state, half, n, at)
+    copy(state[n + m :], at[n + m :])
+    step.share_damping, step.share_stiffness = 0.5 * h, 0.25 * h * h
+    step.time_at = step.time + 0.5 * h
+    step.sweeps += 1
+    return ask(step, Command.IMPLICIT, Stage.ITERATED)
 
 
 @kernel
-def _take_over(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
+def _take_over(step: KeepingStep) -> float:
     """Write what is found of z, and the residual; return by how much the speeds change by it, of what is round-off."""
-    n, end = integers[COORDINATES], integers[COORDINATES] + integers[SPEEDS]
-    copy(vectors[TRIED], vectors[FOUND])
+    n, end, h, state, scale = step.coordinates, step.coordinates + step.speeds, step.h, step.state, step.scale
+    tried, found, slope, residual = step.tried, step.found, step.slope, step.residual
+    copy(tried, found)
     for i in range(n, end):
-        vectors[FOUND, i] = vectors[SLOPE, i]
-        allowed = CLOSE * abs(vectors[STATE, i]) + 0.1 * vectors[SCALE, i]
-        vectors[RESIDUAL, i] = reals[STEP] * (vectors[SLOPE, i] - vectors[TRIED, i]) / allowed
-    return largest_share(integers, vectors[RESIDUAL], n, end)
+        found[i] = slope[i]
+        residual[i] = h * (slope[i] - tried[i]) / (CLOSE * abs(state[i]) + 0.1 * scale[i])
+    return largest_share(step, residual, n, end)
 
 
 @kernel
-def _complete(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
-    """Write the state at the end of the step that follows from what is found."""
-    n, m, new = integers[COORDINATES], integers[SPEEDS], vectors[NEW]
-    _put_step(integers, reals, vectors, vectors[FOUND])
-    move(integers, vectors[STATE], vectors[MOVE], n, new)
+def _weigh_end(step: KeepingStep) -> int:
+    """Write the state at the end of the step that follows from what is found, and ask for its balance."""
+    n, m, h, state, new, slope = step.coordinates, step.speeds, step.h, step.state, step.new, step.slope
+    _put_step(step, step.found)
+    move(step, state, step.way, n, new)
     for i in range(n + m, len(new)):
-        new[i] = vectors[STATE, i] + reals[STEP] * vectors[SLOPE, i]
+        new[i] = state[i] + h * slope[i]
+    copy(new, step.at)
+    step.time_at = step.time + h
+    return ask(step, Command.BALANCE, Stage.WEIGHED)
 
 
 @kernel
-def _ask_balance(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
-    """Ask for the balance at the end of the step."""
-    copy(vectors[NEW], vectors[AT])
-    reals[TIME_AT] = reals[TIME] + reals[STEP]
-    return ask(integers, BALANCE, WEIGHED)
-
-
-@kernel
-def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+def _begin_step(step: KeepingStep) -> int:
     """Begin a step: straight on from the unknowns of the last two; modes that it does not resolve turn in each step."""
-    clip(integers, reals, reals[NEXT_STEP])
-    tried, found, old = vectors[TRIED], vectors[FOUND], vectors[OLD]
+    if step.time >= step.stop:
+        return ask(step, Command.DONE, Stage.NEXT)
+    clip(step, step.next_step)
+    tried, found, old, frequencies = step.tried, step.found, step.old, step.frequencies
     for i in range(len(tried)):
-        square = (0.5 * reals[STEP] * vectors[FREQUENCIES, i]) ** 2
+        square = (0.5 * step.h * frequencies[i]) ** 2
         tried[i] = 2.0 * (1.0 - square) / (1.0 + square) * found[i] - old[i]
     copy(found, old)
-    integers[SWEEPS] = integers[CORRECTIONS] = integers[HAS_DIRECTIONS] = 0
-    reals[CHANGE] = np.inf
-    return _ask_middle(integers, reals, vectors)
+    step.sweeps = step.corrections = 0
+    step.has_directions, step.change_left = False, np.inf
+    return _ask_middle(step)
 
 
 @kernel
-def _fail(integers: np.ndarray) -> int:
-    integers[REASON] = NO_CONVERGENCE
-    return ask(integers, FAILED, NEXT)
+def _iterate(step: KeepingStep) -> int:
+    """Take in z of the middle of the step; weigh the end of the step where it is near enough."""
+    before = step.change_left
+    step.change_left = change = _take_over(step)
+    diverges = step.sweeps > 4 and change > max(1e12, 0.5 * before)
+    if diverges or not change < np.inf or step.sweeps > MOST_SWEEPS:
+        return fail(step, Reason.NO_CONVERGENCE, Stage.NEXT)
+    if step.has_directions:
+        return _weigh_end(step)
+    if change > ROUGH:
+        copy(step.found, step.tried)
+        return _ask_middle(step)
+    _put_step(step, step.found)
+    return ask(step, Command.BALANCE, Stage.OF_MIDDLE)
+
+
+@kernel
+def _judge(step: KeepingStep) -> int:
+    """Correct the unknowns by what the balance at the end says; accept the step where nothing is missing."""
+    missing = correct(step)
+    if not missing < np.inf:
+        return fail(step, Reason.NO_CONVERGENCE, Stage.NEXT)
+    # where round-off is above what is aimed at, what many sweeps leave is small enough
+    if max(missing, step.change_left / SOLVED) > (1.0 if step.sweeps < MANY_SWEEPS else 1e2):
+        mix(step.memory, step.corrections, step.residual, step.found, step.tried)
+        step.corrections += 1
+        return _ask_middle(step)
+    if step.keeps_momenta:
+        finish(step)
+    return accept(step, step.new, Stage.NEXT)
 
 
 @pointer(ADVANCE)
 def advance_keeping(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
-    stage = integers[STAGE]
-    if stage == BEGIN:
-        copy(vectors[STATE], vectors[AT])
-        reals[TIME_AT] = reals[TIME]
-        return ask(integers, BALANCE, REFERENCE)
-    if stage == ITERATED:
-        before = reals[CHANGE]
-        reals[CHANGE] = _take_over(integers, reals, vectors)
-        diverges = integers[SWEEPS] > 4 and reals[CHANGE] > max(1e12, 0.5 * before)
-        if diverges or not reals[CHANGE] < np.inf or integers[SWEEPS] > MOST_SWEEPS:
-            return _fail(integers)
-        if reals[CHANGE] > ROUGH and not integers[HAS_DIRECTIONS]:
-            copy(vectors[FOUND], vectors[TRIED])
-            return _ask_middle(integers, reals, vectors)
-        if not integers[HAS_DIRECTIONS]:
-            _put_step(integers, reals, vectors, vectors[FOUND])
-            return ask(integers, BALANCE, OF_MIDDLE)
-        _complete(integers, reals, vectors)
-        return _ask_balance(integers, reals, vectors)
-    if stage == OF_MIDDLE:
-        put_middle(integers, reals, vectors)
-        n = integers[COORDINATES]
-        copy(vectors[FOUND, n : n + integers[SPEEDS]], vectors[AT, n:])
-        return ask(integers, BALANCE, OF_Z)
-    if stage == OF_Z:
-        put_z(integers, reals)
-        integers[HAS_DIRECTIONS] = 1
-        _complete(integers, reals, vectors)
-        return _ask_balance(integers, reals, vectors)
-    if stage == WEIGHED:
-        missing = correct(integers, reals, vectors)
-        if not missing < np.inf:
-            return _fail(integers)
-        # where round-off is above what is aimed at, what many sweeps leave is small enough
-        if max(missing, reals[CHANGE] / SOLVED) > (1.0 if integers[SWEEPS] < MANY_SWEEPS else 1e2):
-            mix(
-                vectors[MEMORY : MEMORY + ROWS_OF_MIXING],
-                integers[CORRECTIONS],
-                vectors[RESIDUAL],
-                vectors[FOUND],
-                vectors[TRIED],
-            )
-            integers[CORRECTIONS] += 1
-            return _ask_middle(integers, reals, vectors)
-        if integers[KEEPS_MOMENTA]:
-            finish(integers, reals, vectors)
-        ask(integers, ACCEPTED, NEXT)
-        return accept(integers, reals, vectors, vectors[NEW])
-    if stage == REFERENCE:
-        keep(integers, reals, vectors)
-    if reals[TIME] >= reals[STOP]:
-        return ask(integers, DONE, NEXT)
-    return _begin_step(integers, reals, vectors)
+    step = KeepingStep(integers, reals, vectors)
+    stage, n = step.stage, step.coordinates
+    if stage == Stage.BEGIN:
+        copy(step.state, step.at)
+        step.time_at = step.time
+        return ask(step, Command.BALANCE, Stage.REFERENCE)
+    if stage == Stage.ITERATED:
+        return _iterate(step)
+    if stage == Stage.OF_MIDDLE:
+        put_middle(step)
+        copy(step.found[n : n + step.speeds], step.at[n:])
+        return ask(step, Command.BALANCE, Stage.OF_Z)
+    if stage == Stage.OF_Z:
+        put_z(step)
+        step.has_directions = True
+        return _weigh_end(step)
+    if stage == Stage.WEIGHED:
+        return _judge(step)
+    if stage == Stage.REFERENCE:
+        keep(step)
+    return _begin_step(step)
 
 
 @pointer(INTERPOLATE)
@@ -255,12 +219,11 @@ def interpolate_keeping(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:
     """Write the state at a time of the last step: a cubic move that meets the speeds at both ends."""
-    copy(vectors[STATE], out)
-    if t == reals[TIME]:
+    step = KeepingStep(integers, reals, vectors)
+    copy(step.state, out)
+    if t == step.time:
         return
-    n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
-    old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]
-    x = (t - reals[TIME_OLD]) / h
-    move_within(integers, old, vectors[STATE], s, x, h, part, out)
-    for i in range(n + m, len(out)):
-        out[i] = (1.0 - x) * old[i] + x * vectors[STATE, i]
+    old, new, x = step.state_old, step.state, (t - step.time_old) / (step.time - step.time_old)
+    move_within(step, step.way, t, out)
+    for i in range(step.coordinates + step.speeds, len(out)):
+        out[i] = (1.0 - x) * old[i] + x * new[i]

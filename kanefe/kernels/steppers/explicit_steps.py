@@ -7,67 +7,29 @@ dense output, again from the second column on.
 
 from __future__ import annotations
 
+from enum import IntEnum
+from typing import Annotated
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
 from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.steppers.breakpoints import accept, clip, end_of, has_jumped
 from kanefe.kernels.steppers.step_commands import (
-    ACCEPTED,
-    AT,
-    DONE,
-    ERROR,
-    FAILED,
-    HAS_LOOPS,
-    HELD,
-    IS_FIXED,
-    LAST_STEP,
-    NEXT_OUTPUT,
-    NEXT_STEP,
-    OF_METHOD,
-    PROJECT,
-    RATES,
-    REALS_OF_METHOD,
-    REASON,
-    REJECTED,
-    RELATIVE,
-    ROWS_OF_METHOD,
-    SLOPE,
-    SMALLEST,
-    STAGE,
-    STATE,
-    STATE_OLD,
-    STEP,
-    STOP,
-    TIME,
-    TIME_AT,
-    TIME_OLD,
-    TOO_SMALL,
-    WANTS_DENSE,
-    WEAKEST,
-    WORST,
-    accept,
+    Command,
+    Reason,
+    Row,
+    Step,
     ask,
-    clip,
+    ask_rates,
+    fail,
     first_step,
-    has_jumped,
     scaled_size,
+    wish,
 )
-
-# Integers of the method; whether the step is the first one, of which nothing was known
-STAGES, EXTRA, ESTIMATES, DENSE, ORDER, IS_GUESS = range(OF_METHOD, OF_METHOD + 6)
-
-# Reals of the method: usual step and usual pivot of the constraints, by how much the tolerance has grown, and the
-# length that was rejected before this step, or zero
-USUAL_STEP, USUAL_WEAKEST, LOOSER, TOO_LONG = range(REALS_OF_METHOD, REALS_OF_METHOD + 4)
-REALS = REALS_OF_METHOD + 4
-
-# Rows of the method: the new state, the error, and the rates
-NEW, DIFFERENCE, FIRST_RATE = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 3)
-
-# Where to go on, besides the number of a stage
-BEGIN, FIRST, AFTER, PROJECTED, CLOSED, NEXT = 0, -1, -2, -3, -4, -5
+from kanefe.kernels.values.records import Array
 
 # By which the first step may grow, which is a guess far on the safe side: as in CVODE (Hindmarsh et al., ACM Trans.
 # Math. Software 31 (2005) 363-396)
@@ -82,13 +44,43 @@ SMALLEST_CREEP = 1e-5
 LARGEST_RELATIVE = 1e-6
 
 
+class Stage(IntEnum):
+    """Where to go on, besides the number of a stage of the method."""
+
+    BEGIN = 0
+    FIRST = -1
+    AFTER = -2
+    PROJECTED = -3
+    CLOSED = -4
+    NEXT = -5
+
+
+class ExplicitStep(Step):
+    """A step of an explicit method."""
+
+    stages: int  # of `kanefe.integrate.methods.explicit.Tableau`
+    extra: int
+    estimates: int
+    dense: int
+    order: int
+    rate_count: int
+    is_guess: bool  # the step is the first one, of which nothing was known
+    usual_step: float
+    usual_weakest: float  # pivot of the constraints
+    looser: float  # by how much the tolerance has grown
+    too_long: float  # the length that was rejected before this step, or zero
+    new: Row
+    difference: Row  # the error
+    rates: Annotated[np.ndarray, Array("rate_count", "size")]  # of stages, at the end, and of the dense output
+
+
 @inlined
-def weigh(vectors: np.ndarray, weights: np.ndarray, count: int, h: float, out: np.ndarray) -> None:
+def _weigh(rates: np.ndarray, weights: np.ndarray, count: int, h: float, out: np.ndarray) -> None:
     """Add h times a weighted sum of rates to `out`."""
     for j in range(count):
         weight = h * weights[1 + j]
         if weight != 0.0:
-            _add(vectors[FIRST_RATE + j], weight, out)
+            _add(rates[j], weight, out)
 
 
 @vector_kernel
@@ -106,132 +98,150 @@ def _go_from(old: np.ndarray, new: np.ndarray, share: float, out: np.ndarray) ->
 
 
 @kernel
-def _stage(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, stage: int) -> int:
+def _ask_stage(step: ExplicitStep, table: np.ndarray, stage: int) -> int:
     """Ask for the rates of a stage."""
-    at = vectors[AT]
-    copy(vectors[STATE], at)
-    weigh(vectors, table[stage], stage, reals[STEP], at)
-    reals[TIME_AT] = reals[TIME] + table[stage, 0] * reals[STEP]
-    return ask(integers, RATES, stage)
+    at = step.at
+    copy(step.state, at)
+    _weigh(step.rates, table[stage], stage, step.h, at)
+    step.time_at = step.time + table[stage, 0] * step.h
+    return ask(step, Command.RATES, stage)
 
 
 @kernel
-def _size(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> float:
+def _size(step: ExplicitStep, weights: np.ndarray) -> float:
+    """Return the size of an estimate of the error."""
+    error = step.difference
+    error[:] = 0.0
+    _weigh(step.rates, weights, step.stages + 1, step.h, error)
+    return scaled_size(step, error, step.state, step.new) / max(1.0, step.looser)
+
+
+@kernel
+def _error(step: ExplicitStep, table: np.ndarray) -> float:
     """Return the size of the error of a step; of the method of order 8, of its estimates of order 5 and 3."""
-    stages, h = integers[STAGES], reals[STEP]
-    first = stages + 1 + integers[EXTRA]
-    error = vectors[DIFFERENCE]
-    error[:] = 0.0
-    weigh(vectors, table[first], stages + 1, h, error)
-    looser = max(1.0, reals[LOOSER])
-    size = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW]) / looser
-    if integers[ESTIMATES] < 2 or size == 0.0 or not size < np.inf:
+    first = step.stages + 1 + step.extra
+    size = _size(step, table[first])
+    if step.estimates < 2 or size == 0.0 or not size < np.inf:
         return size
-    worst = integers[WORST]  # the component that counts is that of the first estimate
-    error[:] = 0.0
-    weigh(vectors, table[first + 1], stages + 1, h, error)
-    low = scaled_size(integers, reals, vectors, error, vectors[STATE], vectors[NEW]) / looser
-    integers[WORST] = worst
-    ratio = 0.1 * low / size  # of squares, those of small errors would vanish
+    worst = step.worst  # the component that counts is that of the first estimate
+    ratio = 0.1 * _size(step, table[first + 1]) / size  # of squares, those of small errors would vanish
+    step.worst = worst
     return size / np.sqrt(1.0 + ratio * ratio)
 
 
 @inlined
-def _is_near_singular(reals: np.ndarray) -> bool:
-    return reals[WEAKEST] < SINGULAR * reals[USUAL_WEAKEST]
+def _is_near_singular(step: ExplicitStep) -> bool:
+    return step.weakest < SINGULAR * step.usual_weakest
 
 
 @kernel
-def _passes_singular_position(reals: np.ndarray) -> bool:
+def _passes_singular_position(step: ExplicitStep) -> bool:
     """Let the error grow tenfold with every step that creeps up to a singular position, and take it back behind.
 
     Beside such a position the rates have an error of round-off divided by the square of the distance, which no step is
     small enough for. The position itself is passed by the momentum of the step. False: the mechanism is held there.
     """
-    step = reals[TIME] - reals[TIME_OLD]
-    if _is_near_singular(reals) and step <= SMALLEST_CREEP * reals[USUAL_STEP]:
+    h = step.time - step.time_old
+    if _is_near_singular(step) and h <= SMALLEST_CREEP * step.usual_step:
         return False
-    reals[USUAL_WEAKEST] = max(reals[USUAL_WEAKEST], reals[WEAKEST])
-    if not _is_near_singular(reals):
-        reals[USUAL_STEP] = step
-    if _is_near_singular(reals) and step < 0.1 * reals[USUAL_STEP]:
-        reals[LOOSER] = min(10.0 * max(1.0, reals[LOOSER]), LARGEST_RELATIVE / reals[RELATIVE])
+    step.usual_weakest = max(step.usual_weakest, step.weakest)
+    if not _is_near_singular(step):
+        step.usual_step = h
+    if _is_near_singular(step) and h < 0.1 * step.usual_step:
+        step.looser = min(10.0 * max(1.0, step.looser), LARGEST_RELATIVE / step.relative)
     else:
-        reals[LOOSER] = 1.0
+        step.looser = 1.0
     return True
+
+
+@kernel
+def _begin_step(step: ExplicitStep, table: np.ndarray) -> int:
+    if step.time >= step.stop:
+        return ask(step, Command.DONE, Stage.NEXT)
+    clip(step, step.next_step)
+    return _ask_stage(step, table, 1)
+
+
+@kernel
+def _take_first(step: ExplicitStep, table: np.ndarray) -> int:
+    """Begin with the rates at the start, or anew with those behind a jump or with loops that are closed."""
+    rates = step.rates[0]
+    copy(step.slope, rates)
+    if step.stage == Stage.CLOSED:
+        if not step.is_fixed and not _passes_singular_position(step):
+            return fail(step, Reason.HELD, Stage.CLOSED)
+    elif step.next_step <= 0.0:
+        step.next_step, step.is_guess = first_step(step, rates), True
+    return _begin_step(step, table)
+
+
+@kernel
+def _go_on(step: ExplicitStep, table: np.ndarray) -> int:
+    """Go on behind an accepted step."""
+    if step.has_loops:
+        return ask(step, Command.PROJECT, Stage.PROJECTED)
+    if has_jumped(step):
+        return ask_rates(step, Stage.FIRST)
+    copy(step.rates[step.stages], step.rates[0])
+    return _begin_step(step, table)
+
+
+@kernel
+def _reject(step: ExplicitStep, table: np.ndarray) -> int:
+    step.rejected += 1
+    step.too_long = step.h
+    step.next_step = step.h * (max(0.2, 0.9 * step.error ** (-1.0 / step.order)) if step.error < np.inf else 0.1)
+    if step.next_step < step.smallest:
+        return fail(step, Reason.HELD if _is_near_singular(step) else Reason.TOO_SMALL, Stage.NEXT)
+    clip(step, step.next_step)
+    return _ask_stage(step, table, 1)
+
+
+@kernel
+def _choose_next(step: ExplicitStep) -> None:
+    """Choose the length of the next step."""
+    most = LARGEST_GROWTH if step.is_guess else 5.0
+    grown = step.h * min(most, 0.9 * max(step.error, ROUND_OFF) ** (-1.0 / step.order))
+    if step.too_long > 0.0:  # where errors grow faster than their order says, that length would come again
+        grown = min(grown, np.sqrt(step.h * step.too_long))
+    step.is_guess, step.too_long = False, 0.0
+    wish(step, grown)
+
+
+@kernel
+def _judge(step: ExplicitStep, table: np.ndarray) -> int:
+    """Accept or reject a step that is complete, or ask for what its dense output takes beside."""
+    copy(step.at, step.new)
+    if not step.is_fixed:
+        step.error = _error(step, table)
+        if not step.error <= 1.0:
+            return _reject(step, table)
+        _choose_next(step)
+    if step.extra == 0 or not (step.wants_dense or step.next_output < end_of(step)):
+        return accept(step, step.new, Stage.AFTER)
+    return _ask_stage(step, table, step.stages + 1)
 
 
 @pointer(ADVANCE)
 def advance_explicitly(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue with an explicit method: see `kanefe.kernels.steppers.step_commands`."""
-    stage, stages = integers[STAGE], integers[STAGES]
-    if stage == BEGIN:
-        copy(vectors[STATE], vectors[AT])
-        reals[TIME_AT] = reals[TIME]
-        reals[LOOSER] = 1.0
-        return ask(integers, RATES, FIRST)
-    if stage == FIRST:
-        copy(vectors[SLOPE], vectors[FIRST_RATE])
-        if reals[NEXT_STEP] <= 0.0:
-            reals[NEXT_STEP] = first_step(integers, reals, vectors, vectors[FIRST_RATE])
-            integers[IS_GUESS] = 1
-        stage = NEXT
-    elif stage == PROJECTED:
-        copy(vectors[STATE], vectors[AT])
-        reals[TIME_AT] = reals[TIME]
-        return ask(integers, RATES, CLOSED)
-    elif stage == CLOSED:
-        copy(vectors[SLOPE], vectors[FIRST_RATE])
-        if not integers[IS_FIXED] and not _passes_singular_position(reals):
-            integers[REASON] = HELD
-            return ask(integers, FAILED, CLOSED)
-        stage = NEXT
-    elif stage == AFTER:
-        if integers[HAS_LOOPS]:
-            return ask(integers, PROJECT, PROJECTED)
-        if has_jumped(integers, reals):
-            copy(vectors[STATE], vectors[AT])
-            reals[TIME_AT] = reals[TIME]
-            return ask(integers, RATES, FIRST)
-        copy(vectors[FIRST_RATE + stages], vectors[FIRST_RATE])
-        stage = NEXT
-    if stage == NEXT:
-        if reals[TIME] >= reals[STOP]:
-            return ask(integers, DONE, NEXT)
-        clip(integers, reals, reals[NEXT_STEP])
-        return _stage(integers, reals, vectors, table, 1)
-    copy(vectors[SLOPE], vectors[FIRST_RATE + stage])
-    if stage == stages:  # the step is complete
-        copy(vectors[AT], vectors[NEW])
-        if not integers[IS_FIXED]:
-            error = _size(integers, reals, vectors, table)
-            reals[ERROR] = error
-            if not error <= 1.0:
-                integers[REJECTED] += 1
-                reals[TOO_LONG] = reals[STEP]
-                factor = max(0.2, 0.9 * error ** (-1.0 / integers[ORDER])) if error < np.inf else 0.1
-                reals[NEXT_STEP] = reals[STEP] * factor
-                if reals[NEXT_STEP] < reals[SMALLEST]:
-                    integers[REASON] = HELD if _is_near_singular(reals) else TOO_SMALL
-                    return ask(integers, FAILED, NEXT)
-                clip(integers, reals, reals[NEXT_STEP])
-                return _stage(integers, reals, vectors, table, 1)
-            most = LARGEST_GROWTH if integers[IS_GUESS] else 5.0
-            grown = reals[STEP] * min(most, 0.9 * max(error, ROUND_OFF) ** (-1.0 / integers[ORDER]))
-            if reals[TOO_LONG] > 0.0:  # where errors grow faster than their order says, that length would come again
-                grown = min(grown, np.sqrt(reals[STEP] * reals[TOO_LONG]))
-            integers[IS_GUESS], reals[TOO_LONG] = 0, 0.0
-            # a step cut short says little about the next one
-            reals[NEXT_STEP] = max(grown, reals[NEXT_STEP]) if reals[STEP] < reals[NEXT_STEP] else grown
-        ends = reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
-        if integers[EXTRA] == 0 or not (integers[WANTS_DENSE] or reals[NEXT_OUTPUT] < ends):
-            ask(integers, ACCEPTED, AFTER)
-            return accept(integers, reals, vectors, vectors[NEW])
-        return _stage(integers, reals, vectors, table, stages + 1)
-    if stage == stages + integers[EXTRA]:
-        ask(integers, ACCEPTED, AFTER)
-        return accept(integers, reals, vectors, vectors[NEW])
-    return _stage(integers, reals, vectors, table, stage + 1)
+    step = ExplicitStep(integers, reals, vectors)
+    stage = step.stage
+    if stage > 0:
+        copy(step.slope, step.rates[stage])
+        if stage == step.stages:
+            return _judge(step, table)
+        if stage == step.stages + step.extra:
+            return accept(step, step.new, Stage.AFTER)
+        return _ask_stage(step, table, stage + 1)
+    if stage == Stage.BEGIN:
+        step.looser = 1.0
+        return ask_rates(step, Stage.FIRST)
+    if stage == Stage.FIRST or stage == Stage.CLOSED:
+        return _take_first(step, table)
+    if stage == Stage.PROJECTED:
+        return ask_rates(step, Stage.CLOSED)
+    return _go_on(step, table) if stage == Stage.AFTER else _begin_step(step, table)
 
 
 @pointer(INTERPOLATE)
@@ -243,18 +253,18 @@ def interpolate_explicitly(
     A polynomial that meets state and rate at both ends, and further rows of the table (Hairer, Norsett & Wanner,
     Solving Ordinary Differential Equations I, 1993, II.6).
     """
-    if t == reals[TIME]:
-        copy(vectors[STATE], out)
+    step = ExplicitStep(integers, reals, vectors)
+    if t == step.time:
+        copy(step.state, out)
         return
-    h = reals[STEP]
-    x = (t - reals[TIME_OLD]) / h
+    h, stages, rates = step.h, step.stages, step.rates
+    x = (t - step.time_old) / h
     left = 1.0 - x
-    stages, extra, rows = integers[STAGES], integers[EXTRA], integers[DENSE]
-    first = stages + 1 + extra + integers[ESTIMATES]
-    _go_from(vectors[STATE_OLD], vectors[NEW], x * x * (1.0 + 2.0 * left), out)
-    for j in range(stages + 1 + extra):
+    first = len(rates) + step.estimates
+    _go_from(step.state_old, step.new, x * x * (1.0 + 2.0 * left), out)
+    for j in range(len(rates)):
         weight = 0.0
-        for row in range(rows - 1, -1, -1):  # ((... d2) x + d1) (1 - x) + ..., x and 1 - x in turn
+        for row in range(step.dense - 1, -1, -1):  # ((... d2) x + d1) (1 - x) + ..., x and 1 - x in turn
             weight = (weight + table[first + row, 1 + j]) * (left if row % 2 == 0 else x)
         weight *= x * x * left
         if j == 0:
@@ -262,4 +272,4 @@ def interpolate_explicitly(
         elif j == stages:
             weight -= x * x * left
         if weight != 0.0:
-            _add(vectors[FIRST_RATE + j], h * weight, out)
+            _add(rates[j], h * weight, out)

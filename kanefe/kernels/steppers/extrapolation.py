@@ -12,81 +12,28 @@ the state and its derivatives at the end, extrapolated from backward differences
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import ADVANCE
 from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.steppers.breakpoints import accept, clip, end_of
 from kanefe.kernels.steppers.extrapolation_dense import (
-    AIM,
-    COLUMN,
-    DIFFERENCE,
-    ERROR_BEFORE,
-    FILTERINGS,
-    FIRST_SLOPE,
-    HAS_KINKS,
     LARGEST_COLUMNS,
-    PROPOSED,
-    SUBSTATES,
-    SUBSTEP,
-    TABLEAU,
-    TAKEN,
-    WAS_REJECTED,
+    ExtrapolationStep,
     derive,
+    extrapolate,
+    first_substate,
 )
-from kanefe.kernels.steppers.step_commands import (
-    ACCEPTED,
-    AT,
-    COORDINATES,
-    DAMPING_DIRECTION,
-    DONE,
-    ERROR,
-    FAILED,
-    HAS_LOOPS,
-    IMPLICIT,
-    IS_FIXED,
-    IS_STIFF,
-    LARGEST,
-    LARGEST_OF_DRIVES,
-    LAST_STEP,
-    MAP,
-    MAP_SIZE,
-    NEXT_OUTPUT,
-    NEXT_STEP,
-    PROJECT,
-    REASON,
-    REJECTED,
-    SETTLES,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    SLOPE,
-    SMALLEST,
-    SPEEDS,
-    STAGE,
-    START,
-    STATE,
-    STEP,
-    STIFFNESS_DIRECTION,
-    STOP,
-    STRAIGHT,
-    TIME,
-    TIME_AT,
-    TOO_SMALL,
-    WANTS_DENSE,
-    accept,
-    ask,
-    clip,
-    move,
-    scaled_size,
-    turn,
-)
+from kanefe.kernels.steppers.moves import STRAIGHT, move, turn
+from kanefe.kernels.steppers.step_commands import Command, Reason, ask, fail, scaled_size, wish
 
 LEAST_BESIDE_KINKS, LARGEST_BESIDE_KINKS = 4, 6
 """Least and largest number of columns for scenes whose forces have kinks: across a kink, the differences of many
 columns are no error estimate, and those of few are easily too small."""
-
-BEGIN, MOVING, FILTERING, LOOKING, AFTER, PROJECTED = range(6)
 
 MOST_FILTERINGS = 2
 """Largest number of filterings of an error: each divides unresolved vibrations by their frequency times the substep."""
@@ -100,291 +47,268 @@ KINK = 100.0
 multiples of the tolerance. Without a kink it is below 10."""
 
 
-@kernel
-def _begin_column(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, column: int) -> int:
-    integers[COLUMN] = column
-    integers[SUBSTEP] = 0
-    copy(vectors[STATE], vectors[AT])
-    return _ask_substep(integers, reals, vectors)
+class Stage(IntEnum):
+    """Where to go on."""
+
+    BEGIN = 0
+    MOVING = 1
+    FILTERING = 2
+    LOOKING = 3
+    AFTER = 4
+    PROJECTED = 5
 
 
 @kernel
-def _ask_substep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    h = reals[STEP] / integers[COLUMN]
-    for i in range(n, n + m):
-        vectors[STIFFNESS_DIRECTION, i] = -h * vectors[AT, i]
-        vectors[DAMPING_DIRECTION, i] = 0.0
-    reals[SHARE_DAMPING], reals[SHARE_STIFFNESS] = h, h * h
-    reals[TIME_AT] = reals[TIME] + integers[SUBSTEP] * h
-    return ask(integers, IMPLICIT, MOVING)
+def _begin_column(step: ExtrapolationStep, column: int) -> int:
+    step.column, step.substep = column, 0
+    copy(step.state, step.at)
+    return _ask_substep(step)
 
 
 @kernel
-def _take_substep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
-    n, at, slope, step = integers[COORDINATES], vectors[AT], vectors[SLOPE], vectors[STIFFNESS_DIRECTION]
-    h = reals[STEP] / integers[COLUMN]
-    if integers[SUBSTEP] == 0:
-        copy(slope, vectors[FIRST_SLOPE])
+def _ask_substep(step: ExtrapolationStep) -> int:
+    n, h, at, by_damping, by_stiffness = (
+        step.coordinates, step.h / step.column, step.at, step.damping_direction, step.stiffness_direction
+    )  # fmt: skip
+    for i in range(n, n + step.speeds):
+        by_stiffness[i] = -h * at[i]
+        by_damping[i] = 0.0
+    step.share_damping, step.share_stiffness = h, h * h
+    step.time_at = step.time + step.substep * h
+    return ask(step, Command.IMPLICIT, Stage.MOVING)
+
+
+@kernel
+def _take_substep(step: ExtrapolationStep) -> None:
+    n, column, at, slope, way = step.coordinates, step.column, step.at, step.slope, step.stiffness_direction
+    h = step.h / column
+    if step.substep == 0:
+        copy(slope, step.first_slope)
     for i in range(n, len(at)):
         at[i] += h * slope[i]
-        step[i] = h * at[i]
-    move(integers, at, step, n, at)
-    column = integers[COLUMN]
-    copy(at, vectors[SUBSTATES + column * (column - 1) // 2 + integers[SUBSTEP]])
-    integers[SUBSTEP] += 1
+        way[i] = h * at[i]
+    move(step, at, way, n, at)
+    copy(at, step.substates[first_substate(column) + step.substep])
+    step.substep += 1
 
 
 @kernel
-def _extrapolate(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
-    """Put the result of the column into the tableau (Aitken & Neville); return the size of the last difference."""
-    column = integers[COLUMN]
-    difference = vectors[DIFFERENCE]
-    new = vectors[AT]  # T_j1, then T_j2, ...; the rows of the tableau hold those of the column before
-    for order in range(1, column):
-        share = 1.0 / (column / (column - order) - 1.0)
-        row = vectors[TABLEAU + order - 1]
-        for i in range(len(new)):
-            difference[i] = share * (new[i] - row[i])
-            row[i] = new[i]
-            new[i] += difference[i]
-    copy(new, vectors[TABLEAU + column - 1])
-    if column == 1:
-        return np.inf
-    integers[FILTERINGS] = 0
-    return scaled_size(integers, reals, vectors, difference, vectors[STATE], new)
+def _take_column(step: ExtrapolationStep) -> int:
+    """Put the result of the column into the tableau, and judge it."""
+    column, new = step.column, step.at
+    extrapolate(step.tableau, column, 1, new, step.difference)
+    step.error = np.inf
+    if column > 1:
+        step.filterings = 0
+        step.error = scaled_size(step, step.difference, step.state, new)
+    if step.is_fixed:
+        return _begin_column(step, column + 1) if column < step.aim else _finish(step)
+    return _begin_column(step, 2) if column == 1 else _filter_or_judge(step)
 
 
 @kernel
-def _most_columns(integers: np.ndarray) -> int:
-    return LARGEST_BESIDE_KINKS if integers[HAS_KINKS] else LARGEST_COLUMNS
+def _most_columns(step: ExtrapolationStep) -> int:
+    return LARGEST_BESIDE_KINKS if step.has_kinks else LARGEST_COLUMNS
 
 
 @kernel
-def _ask_filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+def _filter_or_judge(step: ExtrapolationStep) -> int:
+    """Have an error filtered that decides on the step, and could be one of vibrations only; else judge by it."""
+    decides = 1.0 < step.error < np.inf and step.column >= step.aim - 1
+    if decides and step.is_stiff and step.filterings < MOST_FILTERINGS:
+        return _ask_filter(step)
+    return _judge(step)
+
+
+@kernel
+def _ask_filter(step: ExtrapolationStep) -> int:
     """Request the sweep of the first substep again, with directional products for the last difference."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    h = reals[STEP] / integers[COLUMN]
-    difference, state = vectors[DIFFERENCE], vectors[STATE]
-    copy(state, vectors[AT])
-    for i in range(n, n + m):
-        vectors[DAMPING_DIRECTION, i] = h * difference[i]
-        vectors[STIFFNESS_DIRECTION, i] = h * (h * difference[i] - state[i])
-    for row in range(integers[MAP_SIZE]):
-        if integers[MAP + 3 * row] == STRAIGHT:
-            vectors[STIFFNESS_DIRECTION, n + integers[MAP + 3 * row + 2]] += h * difference[integers[MAP + 3 * row + 1]]
-    reals[TIME_AT] = reals[TIME]
-    return ask(integers, IMPLICIT, FILTERING)
+    n, h, state, difference, moves = step.coordinates, step.h / step.column, step.state, step.difference, step.moves
+    by_damping, by_stiffness = step.damping_direction, step.stiffness_direction
+    copy(state, step.at)
+    for i in range(n, n + step.speeds):
+        by_damping[i] = h * difference[i]
+        by_stiffness[i] = h * (h * difference[i] - state[i])
+    for row in range(len(moves)):
+        if moves[row, 0] == STRAIGHT:
+            by_stiffness[n + moves[row, 2]] += h * difference[moves[row, 1]]
+    step.time_at = step.time
+    return ask(step, Command.IMPLICIT, Stage.FILTERING)
 
 
 @kernel
-def _filter(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
-    """Replace the difference (a, b) of coordinates and speeds by what a substep makes of it; return its size.
+def _filter(step: ExtrapolationStep) -> None:
+    """Replace the difference (a, b) of coordinates and speeds by what a substep makes of it, and find its size.
 
     That is ``b' = (M + h C + h^2 K)^-1 (M b - h K a)`` and ``a' = a + h b'``: slow motions stay, vibrations which the
     substep does not resolve are damped. They are damped in the result too, so that they need not hold the step down
     (as in Hairer & Wanner 1996, IV.8, for RADAU5).
     """
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    h = reals[STEP] / integers[COLUMN]
-    difference, slope, first = vectors[DIFFERENCE], vectors[SLOPE], vectors[FIRST_SLOPE]
-    for i in range(n, n + m):
+    n, difference, slope, first = step.coordinates, step.difference, step.slope, step.first_slope
+    for i in range(n, n + step.speeds):
         difference[i] -= slope[i] - first[i]
-    turn(integers, vectors[STATE], h, difference, n, difference)
-    return scaled_size(integers, reals, vectors, difference, vectors[STATE], vectors[TABLEAU + integers[COLUMN] - 1])
+    turn(step, step.state, step.h / step.column, difference, n, difference)
+    step.error = scaled_size(step, difference, step.state, step.tableau[step.column - 1])
+    step.filterings += 1
 
 
-@kernel
+@inlined
 def _work(column: int) -> float:
     """Return how many sweeps so many columns take."""
     return 0.5 * column * (column + 1)
 
 
-@kernel
-def _work_per_time(reals: np.ndarray, column: int) -> float:
-    return _work(column) / reals[PROPOSED + column]
+@inlined
+def _work_per_time(step: ExtrapolationStep, column: int) -> float:
+    return _work(column) / step.proposed[column]
 
 
 @kernel
-def _choose_next(integers: np.ndarray, reals: np.ndarray) -> None:
+def _choose_next(step: ExtrapolationStep) -> None:
     """Choose columns and length of the next step: the least work for the time (Hairer & Wanner 1996, IV.9)."""
-    column, step = integers[COLUMN], reals[STEP]
-    most = _most_columns(integers) - 1
+    column, proposed, most = step.column, step.proposed, _most_columns(step) - 1
     best = min(column, most)
-    if column > 2 and _work_per_time(reals, column - 1) < 0.8 * _work_per_time(reals, column):
+    if column > 2 and _work_per_time(step, column - 1) < 0.8 * _work_per_time(step, column):
         best = column - 1
-    elif column > 2 and _work_per_time(reals, column) < 0.9 * _work_per_time(reals, column - 1):
+    elif column > 2 and _work_per_time(step, column) < 0.9 * _work_per_time(step, column - 1):
         best = min(column + 1, most)
     if column == 2:
         best = 3
-    if integers[HAS_KINKS]:
+    if step.has_kinks:
         best = max(best, LEAST_BESIDE_KINKS)
-    if integers[WAS_REJECTED]:
+    if step.was_rejected:
         best = min(best, column)
-        proposed = min(step, reals[PROPOSED + best])
-    elif best <= column:
-        proposed = reals[PROPOSED + best]
+        wanted = min(step.h, proposed[best])
     else:
-        proposed = reals[PROPOSED + column] * _work(best) / _work(column)
-    integers[AIM] = best
-    # a step cut short says little about the next one
-    reals[NEXT_STEP] = max(proposed, reals[NEXT_STEP]) if step < reals[NEXT_STEP] else proposed
+        wanted = proposed[best] if best <= column else proposed[column] * _work(best) / _work(column)
+    step.aim = best
+    wish(step, wanted)
+
+
+@kernel
+def _begin_step(step: ExtrapolationStep) -> int:
+    """Begin the next step, or the same one again with another length."""
+    if step.time >= step.stop:
+        return ask(step, Command.DONE, Stage.AFTER)
+    if min(step.next_step, step.largest, step.largest_of_drives) < _least(step):
+        return fail(step, Reason.TOO_SMALL, Stage.AFTER)
+    clip(step, step.next_step)
+    return _begin_column(step, 1)
 
 
 @pointer(ADVANCE)
 def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
-    stage = integers[STAGE]
-    if stage == MOVING:
-        _take_substep(integers, reals, vectors)
-        column = integers[COLUMN]
-        if integers[SUBSTEP] < column:
-            return _ask_substep(integers, reals, vectors)
-        reals[ERROR] = _extrapolate(integers, reals, vectors)
-        if integers[IS_FIXED]:
-            if column < integers[AIM]:
-                return _begin_column(integers, reals, vectors, column + 1)
-            return _finish(integers, reals, vectors)
-        if column == 1:
-            return _begin_column(integers, reals, vectors, 2)
-        if _is_to_be_filtered(integers, reals):
-            return _ask_filter(integers, reals, vectors)
-        command = _judge(integers, reals, vectors)
-    elif stage == FILTERING:
-        reals[ERROR] = _filter(integers, reals, vectors)
-        integers[FILTERINGS] += 1
-        if _is_to_be_filtered(integers, reals):
-            return _ask_filter(integers, reals, vectors)
-        command = _judge(integers, reals, vectors)
-    elif stage == LOOKING:
-        if _kink(integers, reals, vectors) <= KINK:
-            return _accept_last(integers, reals, vectors)
-        command = _reject(integers, reals, 0.2)
-    elif stage == AFTER and integers[HAS_LOOPS]:
-        h = reals[STEP] / integers[TAKEN]
-        reals[SHARE_STIFFNESS] = h * h  # in a metric of masses alone the loops would push stiff modes
-        return ask(integers, PROJECT, PROJECTED)
-    else:
-        if stage == BEGIN and integers[AIM] == 0:
-            integers[AIM] = min(6, _most_columns(integers) - 1)
-        command = START
-    if command != START:
-        return command
-    if reals[TIME] >= reals[STOP]:
-        return ask(integers, DONE, AFTER)
-    if min(reals[NEXT_STEP], reals[LARGEST], reals[LARGEST_OF_DRIVES]) < _least(integers, reals):
-        integers[REASON] = TOO_SMALL
-        return ask(integers, FAILED, AFTER)
-    clip(integers, reals, reals[NEXT_STEP])
-    return _begin_column(integers, reals, vectors, 1)
+    step = ExtrapolationStep(integers, reals, vectors)
+    stage = step.stage
+    if stage == Stage.MOVING:
+        _take_substep(step)
+        return _ask_substep(step) if step.substep < step.column else _take_column(step)
+    if stage == Stage.FILTERING:
+        _filter(step)
+        return _filter_or_judge(step)
+    if stage == Stage.LOOKING:
+        return _accept_last(step) if _kink(step) <= KINK else _reject(step, 0.2)
+    if stage == Stage.AFTER and step.has_loops:
+        step.share_stiffness = (step.h / step.taken) ** 2  # in a metric of masses the loops would push stiff modes
+        return ask(step, Command.PROJECT, Stage.PROJECTED)
+    if stage == Stage.BEGIN and step.aim == 0:
+        step.aim = min(6, _most_columns(step) - 1)
+    return _begin_step(step)
 
 
 @kernel
-def _is_to_be_filtered(integers: np.ndarray, reals: np.ndarray) -> bool:
-    """Return whether the error decides on the step, and could be one of vibrations only."""
-    return (
-        1.0 < reals[ERROR] < np.inf
-        and integers[COLUMN] >= integers[AIM] - 1
-        and integers[IS_STIFF] == 1
-        and integers[FILTERINGS] < MOST_FILTERINGS
-    )
-
-
-@kernel
-def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
-    """Accept the last result, continue with the next column, or give the step up and return START."""
-    column, aim, error = integers[COLUMN], integers[AIM], reals[ERROR]
+def _judge(step: ExtrapolationStep) -> int:
+    """Accept the last result, continue with the next column, or give the step up for a shorter one."""
+    column, aim, error = step.column, step.aim, step.error
     bounded = min(max(error, 1e-12), 1e12)
-    reals[PROPOSED + column] = reals[STEP] * min(10.0, max(0.02, 0.94 * (0.65 / bounded) ** (1.0 / column)))
-    before, reals[ERROR_BEFORE] = reals[ERROR_BEFORE], error
+    step.proposed[column] = step.h * min(10.0, max(0.02, 0.94 * (0.65 / bounded) ** (1.0 / column)))
+    before, step.error_before = step.error_before, error
     if error <= 1.0 and column >= aim - 1:
-        if not integers[HAS_KINKS]:
-            return _finish(integers, reals, vectors)
+        if not step.has_kinks:
+            return _finish(step)
         if column > 2 and before < NEAR:
-            return _look_ahead(integers, reals, vectors)
+            return _look_ahead(step)
         if column < LARGEST_BESIDE_KINKS:
-            return _begin_column(integers, reals, vectors, column + 1)
+            return _begin_column(step, column + 1)
     # the error that the columns to come would have to take away
     hopeless = 1.0
     for j in range(column + 1, aim + 2):
         hopeless *= j
-    is_last = column >= min(aim + 1, _most_columns(integers))
+    is_last = column >= min(aim + 1, _most_columns(step))
     if not is_last and ((column < aim - 1 and error < 1e8) or error <= 4.0 * hopeless):
-        return _begin_column(integers, reals, vectors, column + 1)
-    best = min(max(min(aim, column), 2), _most_columns(integers) - 1)
-    is_cheaper = best > 2 and column >= best and _work_per_time(reals, best - 1) < 0.8 * _work_per_time(reals, best)
-    if is_cheaper and integers[IS_STIFF] == 0:
+        return _begin_column(step, column + 1)
+    return _give_up(step)
+
+
+@kernel
+def _give_up(step: ExtrapolationStep) -> int:
+    """Choose columns and length for another try of the step."""
+    column = step.column
+    best = min(max(min(step.aim, column), 2), _most_columns(step) - 1)
+    is_cheaper = best > 2 and column >= best and _work_per_time(step, best - 1) < 0.8 * _work_per_time(step, best)
+    if is_cheaper and not step.is_stiff:
         best -= 1
-    integers[AIM] = max(best, LEAST_BESIDE_KINKS) if integers[HAS_KINKS] else best
+    step.aim = max(best, LEAST_BESIDE_KINKS) if step.has_kinks else best
     # an error of vibrations hardly falls with the step until it resolves them: the longer steps are tried first
-    least = 0.25 if integers[IS_STIFF] else 0.02
-    return _reject(integers, reals, min(max(reals[PROPOSED + best] / reals[STEP], least), 0.7))
+    least = 0.25 if step.is_stiff else 0.02
+    return _reject(step, min(max(step.proposed[best] / step.h, least), 0.7))
 
 
 @kernel
-def _least(integers: np.ndarray, reals: np.ndarray) -> float:
+def _least(step: ExtrapolationStep) -> float:
     """Return the smallest step for the columns aimed at: what they let grow, they do up to a step in proportion."""
-    return reals[SMALLEST] * min(integers[AIM] + 1, LARGEST_COLUMNS) / LARGEST_COLUMNS
+    return step.smallest * min(step.aim + 1, LARGEST_COLUMNS) / LARGEST_COLUMNS
 
 
 @kernel
-def _reject(integers: np.ndarray, reals: np.ndarray, share: float) -> int:
-    """Give the step up for a share of it, and return START, or FAILED."""
-    integers[REJECTED] += 1
-    integers[WAS_REJECTED] = 1
-    reals[NEXT_STEP] = share * reals[STEP]
-    if reals[NEXT_STEP] < _least(integers, reals):
-        integers[REASON] = TOO_SMALL
-        return ask(integers, FAILED, AFTER)
-    return START
+def _reject(step: ExtrapolationStep, share: float) -> int:
+    """Give the step up for a share of it."""
+    step.rejected += 1
+    step.was_rejected = True
+    step.next_step = share * step.h
+    return fail(step, Reason.TOO_SMALL, Stage.AFTER) if step.next_step < _least(step) else _begin_step(step)
 
 
 @kernel
-def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+def _finish(step: ExtrapolationStep) -> int:
     """Accept the last result of the tableau."""
-    copy(vectors[TABLEAU + integers[COLUMN] - 1], vectors[DIFFERENCE])
-    left = _end(integers, reals) - reals[NEXT_OUTPUT]
-    if integers[WANTS_DENSE] or left > 0.0 or (left == 0.0 and integers[SETTLES]):
-        derive(integers, reals, vectors)
-    return _accept_last(integers, reals, vectors)
+    copy(step.tableau[step.column - 1], step.difference)
+    left = end_of(step) - step.next_output
+    if step.wants_dense or left > 0.0 or (left == 0.0 and step.settles != 0):
+        derive(step)
+    return _accept_last(step)
 
 
 @kernel
-def _end(integers: np.ndarray, reals: np.ndarray) -> float:
-    return reals[STOP] if integers[LAST_STEP] else reals[TIME] + reals[STEP]
-
-
-@kernel
-def _accept_last(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+def _accept_last(step: ExtrapolationStep) -> int:
     """Accept the result that `_finish` or `_look_ahead` has kept."""
-    if not integers[IS_FIXED]:
-        _choose_next(integers, reals)
-        integers[WAS_REJECTED] = 0
-    integers[TAKEN] = integers[COLUMN]
-    ask(integers, ACCEPTED, AFTER)
-    return accept(integers, reals, vectors, vectors[DIFFERENCE])
+    if not step.is_fixed:
+        _choose_next(step)
+        step.was_rejected = False
+    step.taken = step.column
+    return accept(step, step.difference, Stage.AFTER)
 
 
 @kernel
-def _look_ahead(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+def _look_ahead(step: ExtrapolationStep) -> int:
     """Ask for the rates at the end: what begins behind the last substep, such as a contact, no column has seen."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    copy(vectors[TABLEAU + integers[COLUMN] - 1], vectors[DIFFERENCE])
-    derive(integers, reals, vectors)
-    copy(vectors[DIFFERENCE], vectors[AT])
-    for i in range(n, n + m):
-        vectors[STIFFNESS_DIRECTION, i] = vectors[DAMPING_DIRECTION, i] = 0.0
-    reals[SHARE_DAMPING] = reals[SHARE_STIFFNESS] = 0.0
-    reals[TIME_AT] = _end(integers, reals)
-    return ask(integers, IMPLICIT, LOOKING)
+    n, by_damping, by_stiffness = step.coordinates, step.damping_direction, step.stiffness_direction
+    copy(step.tableau[step.column - 1], step.difference)
+    derive(step)
+    copy(step.difference, step.at)
+    for i in range(n, n + step.speeds):
+        by_stiffness[i] = by_damping[i] = 0.0
+    step.share_damping = step.share_stiffness = 0.0
+    step.time_at = end_of(step)
+    return ask(step, Command.IMPLICIT, Stage.LOOKING)
 
 
 @kernel
-def _kink(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
+def _kink(step: ExtrapolationStep) -> float:
     """Return by how much of the tolerance the speeds change more over a step at the rates at its end than they did."""
-    n, m = integers[COORDINATES], integers[SPEEDS]
-    change = vectors[SUBSTATES]  # free again
+    n, slope, change, first = step.coordinates, step.slope, step.substates[0], step.tableau[1]  # substates are free
     change[:] = 0.0
-    for i in range(n, n + m):
-        change[i] = reals[STEP] * vectors[SLOPE, i] - vectors[TABLEAU + 1, i]
-    return scaled_size(integers, reals, vectors, change, vectors[STATE], vectors[DIFFERENCE])
+    for i in range(n, n + step.speeds):
+        change[i] = step.h * slope[i] - first[i]
+    return scaled_size(step, change, step.state, step.difference)

@@ -14,54 +14,41 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.steppers.step_commands import (
-    COORDINATES,
-    LARGE,
-    LARGEST_FORCES,
-    LEAST_ALLOWED,
-    MAP,
-    MAP_SIZE,
-    OF_FORCES,
-    SCALE,
-    STATE,
-    STRAIGHT,
-    UNIT,
-)
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.steppers.moves import STRAIGHT
+from kanefe.kernels.steppers.step_commands import Step
 
 
 @kernel
-def put_force_scales(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
-    """Write what is allowed along the modes of each body whose force is larger than before in STATE."""
-    n, row = integers[COORDINATES], 0
-    while row < integers[MAP_SIZE]:
-        body, first, total = _body(integers, vectors, n, row), row, 0.0
-        while row < integers[MAP_SIZE] and _body(integers, vectors, n, row) == body:
-            at, i = integers[MAP + 3 * row + 1], n + integers[MAP + 3 * row + 2]
-            total += (vectors[STATE, at] * vectors[UNIT, at] * _square(vectors, at, i)) ** 2
+def put_force_scales(step: Step) -> None:
+    """Write what is allowed along the modes of each body whose force is larger than before in the state."""
+    n, moves, state, unit, forces = step.coordinates, step.moves, step.state, step.unit, step.largest_forces
+    scale, large, row = step.scale, step.large, 0
+    while row < len(moves):
+        body, first, total = _body(step, row), row, 0.0
+        while row < len(moves) and _body(step, row) == body:
+            at, i = moves[row, 1], n + moves[row, 2]
+            total += (state[at] * unit[at] * _square(large, at, i)) ** 2
             row += 1
-        if body == 0.0:
+        at = moves[first, 1]
+        if body == 0.0 or total <= forces[at]:
             continue
-        at = integers[MAP + 3 * first + 1]
-        if total <= vectors[LARGEST_FORCES, at]:
-            continue
-        vectors[LARGEST_FORCES, at] = total
+        forces[at] = total
         for k in range(first, row):
-            at, i = integers[MAP + 3 * k + 1], n + integers[MAP + 3 * k + 2]
-            allowed = reals[OF_FORCES] * np.sqrt(total) / _square(vectors, at, i)
-            vectors[SCALE, at] = min(max(allowed, reals[LEAST_ALLOWED]) / vectors[UNIT, at], vectors[LARGE, at])
-            vectors[SCALE, i] = vectors[SCALE, at] * vectors[LARGE, i] / vectors[LARGE, at]
+            at, i = moves[k, 1], n + moves[k, 2]
+            allowed = step.of_forces * np.sqrt(total) / _square(large, at, i)
+            scale[at] = min(max(allowed, step.least_allowed) / unit[at], large[at])
+            scale[i] = scale[at] * large[i] / large[at]
 
 
-@kernel
-def _square(vectors: np.ndarray, at: int, i: int) -> float:
+@inlined
+def _square(large: np.ndarray, at: int, i: int) -> float:
     """Return the square of the frequency of a mode, at least 1: scales of speeds are those of places times that."""
-    return float((vectors[LARGE, i] / vectors[LARGE, at]) ** 2)
+    return float((large[i] / large[at]) ** 2)
 
 
-@kernel
-def _body(integers: np.ndarray, vectors: np.ndarray, n: int, row: int) -> float:
-    """Return the number of the body whose mode is in a row of the map; 0 of joints."""
-    if integers[MAP + 3 * row] != STRAIGHT:
-        return 0.0
-    return float(vectors[UNIT, n + integers[MAP + 3 * row + 2]])
+@inlined
+def _body(step: Step, row: int) -> float:
+    """Return the number of the body whose mode is in a row of the moves; 0 of joints."""
+    moves = step.moves
+    return 0.0 if moves[row, 0] != STRAIGHT else float(step.unit[step.coordinates + moves[row, 2]])

@@ -1,7 +1,7 @@
-"""Where the generalised-alpha method keeps what, the state that its unknowns lead to, and the one within a step.
+"""What the generalised-alpha method keeps, the state that its unknowns lead to, and the one within a step.
 
 Unknown are the accelerations du1 at the end of a step and, where loads have internal states that move, these: z1. With
-the algorithmic accelerations a and the coefficients of the table (Bruels, Cardona & Arnold 2012),
+the algorithmic accelerations a and the coefficients (Bruels, Cardona & Arnold 2012),
 
     (1 - alpha_m) a1 + alpha_m a0 = (1 - alpha_f) du1 + alpha_f du0,
     u1 = u0 + h ((1 - gamma) a0 + gamma a1),    q1 = q0 moved by  h u0 + h^2 ((1/2 - beta) a0 + beta a1).
@@ -15,194 +15,159 @@ what relaxes faster than a step is forgotten at once. The first step, and the on
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import INTERPOLATE
 from kanefe.kernels.compiler.entries import pointer
-from kanefe.kernels.steppers.directions_wanted import BEHIND_DIRECTIONS, REALS_BEHIND_DIRECTIONS, SHARE_OF_RATES
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    COORDINATES,
-    DAMPING_DIRECTION,
-    ROWS_OF_METHOD,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    SLOPE,
-    SPEEDS,
-    STATE,
-    STATE_OLD,
-    STEP,
-    STIFFNESS_DIRECTION,
-    TIME,
-    TIME_AT,
-    TIME_OLD,
-    move,
-    move_within,
-)
-
-# Columns of the table's one row
-ALPHA_M, ALPHA_F, GAMMA, BETA = range(4)
-
-# Integers of the method: how many internal states are followed; whether a sweep does not know all that is stiff, so
-# that the Newton matrix comes from the Jacobian; whether modes or joints are stiff at all; iterations of a step;
-# whether a Jacobian is there, was made in this step, and is wanted for the next iteration; whether the jerk is known;
-# how many steps were left before their iteration had converged; how often the last Newton step was halved; iterations
-# of the step before its last Jacobian, which are not mixed with others
-(
-    FOLLOWED,
-    TAKES_JACOBIAN,
-    HAS_STIFFNESS,
-    ITERATION,
-    HAS_JACOBIAN,
-    IS_FRESH,
-    IS_WANTED,
-    HAS_JERK,
-    UNCONVERGED,
-    HALVINGS,
-    MIXED_FROM,
-) = range(BEHIND_DIRECTIONS, BEHIND_DIRECTIONS + 11)
-
-# Reals of the method: step after which a was found, step before the last state (0: none), step and share of the rates
-# of the factors (0: none), size of the last correction, of what is allowed; times of the first and the last step that
-# was left early, and the largest correction that such a one would have had
-(
-    STEP_OF_A,
-    STEP_BEFORE,
-    FACTORED,
-    FACTORED_SHARE,
-    CORRECTION,
-    FIRST_UNCONVERGED,
-    LAST_UNCONVERGED,
-    LARGEST_LEFT,
-) = range(REALS_BEHIND_DIRECTIONS, REALS_BEHIND_DIRECTIONS + 8)
-REALS = REALS_BEHIND_DIRECTIONS + 8
-
-# Rows of the method, most with what belongs to speeds and internal states in their places: what is allowed; the
-# unknowns, those at the start of the step and at the start of the one before; a (and dz/dt) at the start, as the last
-# step left it, and a as the step takes it, and at the end; its rate of change; the move of a step; the known part of
-# z1; the last correction of the unknowns, and the next one or the error, the same of what is allowed; the state at the
-# end; memory of the mixing; the Jacobian, or directions. Powers are with the quadratures: at the start of the step in
-# KNOWN, of the one before in BEFORE
-(
-    ALLOWED,
-    FOUND,
-    AT_START,
-    BEFORE,
-    LEFT,
-    BEGUN,
-    ENDS,
-    JERK,
-    MOVE,
-    KNOWN,
-    CHANGE,
-    TRIED,
-    RESIDUAL,
-    NEW,
-    MEMORY,
-) = range(ROWS_OF_METHOD, ROWS_OF_METHOD + 15)
-JACOBIAN_ROWS = MEMORY + ROWS_OF_MIXING
-
-
-def rows_needed(takes_jacobian: bool, directions: int) -> tuple[int, int, int]:
-    """Return how many rows of vectors the method takes: so many, and so many for every speed and internal state.
-
-    With a Jacobian a row for each of its rows, and one for each row of the factors, which has two numbers less. With
-    directions two rows for each, one for each internal state, and the same for the factors and two columns.
-    """
-    if directions > 0:
-        return JACOBIAN_ROWS + 3 * directions + 2, 0, 1
-    return (JACOBIAN_ROWS + 2, 2, 2) if takes_jacobian else (JACOBIAN_ROWS, 0, 0)
-
+from kanefe.kernels.steppers.moves import move, move_within
+from kanefe.kernels.steppers.step_commands import DirectedStep, Row
+from kanefe.kernels.values.records import Array
 
 AHEAD_SHARE = 1e-4
 """Time over which the rate of change of the accelerations is found, relative to the step."""
 
 
-@inlined
-def ratio(table: np.ndarray) -> float:
-    """Return the derivative of a1 by du1."""
-    return (1.0 - table[0, ALPHA_F]) / (1.0 - table[0, ALPHA_M])
+class AlphaStep(DirectedStep):
+    """A step of the generalised-alpha method; most rows have what is of speeds and internal states in their places."""
+
+    followed: int  # internal states
+    takes_jacobian: bool  # a sweep does not know all that is stiff: the Newton matrix comes from the Jacobian
+    has_stiffness: bool  # of modes or joints
+    iteration: int
+    mixed_from: int  # iterations before the last Jacobian, which are not mixed with others
+    has_jacobian: bool
+    is_fresh: bool  # the Jacobian was made in this step
+    is_wanted: bool  # a Jacobian for the next iteration
+    has_jerk: bool
+    unconverged: int  # steps that were left before their iteration had converged
+    halvings: int  # of the last Newton step
+    jacobian_rows: int
+    factor_size: int
+    alpha_m: float
+    alpha_f: float
+    gamma: float
+    beta: float
+    step_of_a: float  # after which a was found
+    step_before: float  # the last state, 0: none
+    factored: float  # step and share of the rates of the factors, 0: none
+    factored_share: float
+    correction: float  # size of the last one, of what is allowed
+    first_unconverged: (
+        float  # times of steps that were left early, and the largest correction such a one would have had
+    )
+    last_unconverged: float
+    largest_left: float
+    allowed: Row
+    found: Row  # the unknowns
+    at_start: Row
+    before: Row  # at the start of the step before; with the quadratures the powers there, in `known` those of this step
+    left: Row  # a and dz/dt at the start, as the last step left them
+    begun: Row  # a as the step takes it, and at its end
+    ends: Row
+    jerk: Row  # rate of change of a
+    way: Row  # move of the step
+    known: Row  # part of z1
+    change: Row  # the last correction
+    tried: Row  # the next one, or the error
+    residual: Row  # the same of what is allowed
+    new: Row  # state at the end
+    memory: Annotated[np.ndarray, Array(ROWS_OF_MIXING, "size")]
+    jacobian: Annotated[np.ndarray, Array("jacobian_rows", "size")]  # or Z, W and X of directions
+    factors: Annotated[np.ndarray, Array("factor_size", "factor_size")]
+    pivots: Annotated[np.ndarray, Array("factor_size")]
+    columns: Annotated[np.ndarray, Array("factor_size")]
+    rest: Annotated[np.ndarray, Array("followed")]
 
 
 @inlined
-def delay(table: np.ndarray, h: float) -> float:
+def span_of(step: AlphaStep) -> tuple[int, int, int]:
+    """Return where in a row what belongs to speeds begins, and where it and internal states end."""
+    n, m = step.coordinates, step.speeds
+    return n, n + m, n + m + step.followed
+
+
+@inlined
+def _delay(step: AlphaStep, h: float) -> float:
     """Return by how much the time of a is after that of the state, s; below zero.
 
     So chosen at the start and where the step changes, it leaves order 2 to speeds, accelerations and constraint forces
     from the first step on (Arnold, Bruels & Cardona 2015).
     """
-    return (table[0, ALPHA_M] - table[0, ALPHA_F]) * h
+    return (step.alpha_m - step.alpha_f) * h
 
 
 @kernel
-def know_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> None:
+def know_step(step: AlphaStep) -> None:
     """Write what a step has by its length: shares of C, K and of rates, the known part of z1, and a first guess."""
-    n, h, last = integers[COORDINATES], reals[STEP], reals[STEP_BEFORE]
-    end = n + integers[SPEEDS] + integers[FOLLOWED]
-    reals[SHARE_DAMPING] = table[0, GAMMA] * ratio(table) * h
-    reals[SHARE_STIFFNESS] = table[0, BETA] * ratio(table) * h * h
+    (n, moving, end), h, last = span_of(step), step.h, step.step_before
+    ratio = (1.0 - step.alpha_f) / (1.0 - step.alpha_m)  # derivative of a1 by du1
+    step.share_damping = step.gamma * ratio * h
+    step.share_stiffness = step.beta * ratio * h * h
     r = h / last if last > 0.0 else 0.0
-    reals[SHARE_OF_RATES] = (1.0 + r) * h / (1.0 + 2.0 * r) if integers[FOLLOWED] > 0 else 0.0
+    step.share_of_rates = (1.0 + r) * h / (1.0 + 2.0 * r) if step.followed > 0 else 0.0
+    at_start, before, known, found = step.at_start, step.before, step.known, step.found
     for i in range(n, end):
-        start, before = vectors[AT_START, i], vectors[BEFORE, i]
-        vectors[KNOWN, i] = ((1.0 + r) ** 2 * start - r * r * before) / (1.0 + 2.0 * r)
-        vectors[FOUND, i] = start + r * (start - before)
-    for i in range(n, n + integers[SPEEDS]):
-        vectors[BEGUN, i] = vectors[LEFT, i]
-        if integers[HAS_JERK]:
-            vectors[BEGUN, i] += (delay(table, h) - delay(table, reals[STEP_OF_A])) * vectors[JERK, i]
+        start = at_start[i]
+        known[i] = ((1.0 + r) ** 2 * start - r * r * before[i]) / (1.0 + 2.0 * r)
+        found[i] = start + r * (start - before[i])
+    begun, left, jerk = step.begun, step.left, step.jerk
+    later = _delay(step, h) - _delay(step, step.step_of_a) if step.has_jerk else 0.0
+    for i in range(n, moving):
+        begun[i] = left[i] + later * jerk[i]
 
 
 @kernel
-def reach(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
+def reach(step: AlphaStep, out: np.ndarray) -> None:
     """Write a1, the move and the state that follow from the unknowns; the quadratures stay."""
-    n, m, h = integers[COORDINATES], integers[SPEEDS], reals[STEP]
-    alpha_m, alpha_f, gamma, beta = table[0, ALPHA_M], table[0, ALPHA_F], table[0, GAMMA], table[0, BETA]
-    state, found = vectors[STATE], vectors[FOUND]
-    for i in range(n, n + m):
-        begun = vectors[BEGUN, i]
-        ends = ((1.0 - alpha_f) * found[i] + alpha_f * vectors[AT_START, i] - alpha_m * begun) / (1.0 - alpha_m)
-        vectors[ENDS, i] = ends
-        vectors[MOVE, i] = h * (state[i] + h * ((0.5 - beta) * begun + beta * ends))
-        out[i] = state[i] + h * ((1.0 - gamma) * begun + gamma * ends)
-    move(integers, state, vectors[MOVE], n, out)
-    for i in range(n + m, len(out)):
-        out[i] = found[i] if i < n + m + integers[FOLLOWED] else state[i]
+    (n, moving, end), h, state, found = span_of(step), step.h, step.state, step.found
+    alpha_m, alpha_f, gamma, beta = step.alpha_m, step.alpha_f, step.gamma, step.beta
+    begun, ends, at_start, way = step.begun, step.ends, step.at_start, step.way
+    for i in range(n, moving):
+        a = begun[i]
+        ends[i] = ((1.0 - alpha_f) * found[i] + alpha_f * at_start[i] - alpha_m * a) / (1.0 - alpha_m)
+        way[i] = h * (state[i] + h * ((0.5 - beta) * a + beta * ends[i]))
+        out[i] = state[i] + h * ((1.0 - gamma) * a + gamma * ends[i])
+    move(step, state, way, n, out)
+    for i in range(moving, len(out)):
+        out[i] = found[i] if i < end else state[i]
 
 
 @kernel
-def put_end(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> None:
+def put_end(step: AlphaStep) -> None:
     """Put what is to be evaluated: the end of the step, and for a linearly implicit evaluation what it is pushed by."""
-    reach(integers, reals, vectors, table, vectors[AT])
-    push_by(integers, reals, vectors, vectors[FOUND])
-    reals[TIME_AT] = reals[TIME] + reals[STEP]
+    reach(step, step.at)
+    push_by(step, step.found)
+    step.time_at = step.time + step.h
 
 
 @kernel
-def push_by(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, accelerations: np.ndarray) -> None:
+def push_by(step: AlphaStep, accelerations: np.ndarray) -> None:
     """Put the pushes with which a linearly implicit evaluation gives x of ``M x = F`` where x are the accelerations."""
-    n = integers[COORDINATES]
-    for i in range(n, n + integers[SPEEDS]):
-        vectors[DAMPING_DIRECTION, i] = reals[SHARE_DAMPING] * accelerations[i]
-        vectors[STIFFNESS_DIRECTION, i] = reals[SHARE_STIFFNESS] * accelerations[i]
+    s, r, by_damping, by_stiffness = (
+        step.share_damping, step.share_stiffness, step.damping_direction, step.stiffness_direction
+    )  # fmt: skip
+    for i in range(step.coordinates, step.coordinates + step.speeds):
+        by_damping[i], by_stiffness[i] = s * accelerations[i], r * accelerations[i]
 
 
 @kernel
-def put_ahead(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
+def put_ahead(step: AlphaStep) -> None:
     """Put the state a little later, for the rate of change of the accelerations."""
-    n, m, e = integers[COORDINATES], integers[SPEEDS], AHEAD_SHARE * reals[STEP]
-    at, state, du = vectors[AT], vectors[STATE], vectors[AT_START]
+    (n, moving, end), e = span_of(step), AHEAD_SHARE * step.h
+    at, state, du, way, slope = step.at, step.state, step.at_start, step.way, step.slope
     copy(state, at)
-    for i in range(n, n + m):
-        vectors[MOVE, i] = e * (state[i] + 0.5 * e * du[i])
+    for i in range(n, moving):
+        way[i] = e * (state[i] + 0.5 * e * du[i])
         at[i] = state[i] + e * du[i]
-    move(integers, state, vectors[MOVE], n, at)
-    for i in range(n + m, n + m + integers[FOLLOWED]):
-        at[i] += e * vectors[SLOPE, i]
-    reals[TIME_AT] = reals[TIME] + e
+    move(step, state, way, n, at)
+    for i in range(moving, end):
+        at[i] += e * slope[i]
+    step.time_at = step.time + e
 
 
 @pointer(INTERPOLATE)
@@ -210,15 +175,14 @@ def interpolate_generalised_alpha(
     integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, t: float, out: np.ndarray
 ) -> None:
     """Write the state at a time of the last step: of third order, on the rotation group; powers are straight lines."""
-    copy(vectors[STATE], out)
-    if t == reals[TIME]:
+    step = AlphaStep(integers, reals, vectors)
+    copy(step.state, out)
+    if t == step.time:
         return
-    n, m, h = integers[COORDINATES], integers[SPEEDS], reals[TIME] - reals[TIME_OLD]
-    old, s, part = vectors[STATE_OLD], vectors[MOVE], vectors[SLOPE]
-    x = (t - reals[TIME_OLD]) / h
-    move_within(integers, old, vectors[STATE], s, x, h, part, out)
-    for i in range(n + m, len(out) - 2):
-        out[i] = (1.0 - x) * old[i] + x * vectors[STATE, i]
+    h, old, new, before, known = step.time - step.time_old, step.state_old, step.state, step.before, step.known
+    x = (t - step.time_old) / h
+    move_within(step, step.way, t, out)
+    for i in range(step.coordinates + step.speeds, len(out) - 2):
+        out[i] = (1.0 - x) * old[i] + x * new[i]
     for i in range(len(out) - 2, len(out)):
-        start, end = vectors[BEFORE, i], vectors[KNOWN, i]
-        out[i] = old[i] + h * x * (start + 0.5 * x * (end - start))
+        out[i] = old[i] + h * x * (before[i] + 0.5 * x * (known[i] - before[i]))

@@ -23,21 +23,7 @@ import numpy as np
 from kanefe.kernels.algebra.lu import factorise, solve
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS, RANK, SHARE_OF_RATES
-from kanefe.kernels.steppers.generalised_alpha_state import (
-    FACTORED,
-    FACTORED_SHARE,
-    FOLLOWED,
-    JACOBIAN_ROWS,
-)
-from kanefe.kernels.steppers.step_commands import (
-    COORDINATES,
-    FACTORISATIONS,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    SPEEDS,
-    STEP,
-)
+from kanefe.kernels.steppers.generalised_alpha_state import AlphaStep, span_of
 from kanefe.kernels.sweeps.elastic import total
 
 SAME = 1e-9
@@ -45,65 +31,52 @@ SAME = 1e-9
 
 
 @inlined
-def _factors(integers: np.ndarray, vectors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix of the factors, behind the Jacobian or the directions, and their pivots."""
-    size, rows = integers[SPEEDS] + integers[FOLLOWED], vectors.shape[1] - integers[COORDINATES]
-    if integers[MOST_DIRECTIONS] > 0:
-        size, rows = integers[RANK], 2 * integers[MOST_DIRECTIONS] + integers[FOLLOWED]
-    memory = vectors.reshape(-1)[(JACOBIAN_ROWS + rows) * vectors.shape[1] :]
-    return memory[: size * size].reshape(size, size), memory[size * size : size * size + size]
-
-
-@inlined
-def are_factored(integers: np.ndarray, reals: np.ndarray) -> bool:
+def are_factored(step: AlphaStep) -> bool:
     """Return whether there are factors of this step."""
-    h, share = reals[STEP], reals[SHARE_OF_RATES]
-    is_share = integers[FOLLOWED] == 0 or abs(reals[FACTORED_SHARE] - share) <= SAME * share
-    return bool(abs(reals[FACTORED] - h) <= SAME * h and is_share)
+    h, share = step.h, step.share_of_rates
+    is_share = step.followed == 0 or abs(step.factored_share - share) <= SAME * share
+    return bool(abs(step.factored - h) <= SAME * h and is_share)
 
 
 @kernel
-def factorise_newton(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> bool:
+def factorise_newton(step: AlphaStep) -> bool:
     """Make the factors for the step; return whether there are any."""
-    m, followed = integers[SPEEDS], integers[FOLLOWED]
-    s, r, share = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS], reals[SHARE_OF_RATES]
-    A, pivots = _factors(integers, vectors)
-    if integers[MOST_DIRECTIONS] > 0:
-        Z, W = vectors[JACOBIAN_ROWS:], vectors[JACOBIAN_ROWS + integers[MOST_DIRECTIONS] :]
+    m, followed, most, share = step.speeds, step.followed, step.most_directions, step.share_of_rates
+    if most > 0:
+        step.factor_size = step.rank
+        A, Z, W = step.factors, step.jacobian, step.jacobian[most:]
         for i in range(len(A)):
             for j in range(len(A)):
                 A[i, j] = (1.0 if i == j else 0.0) - total(W[i, :m], Z[j, :m])
     else:
+        A, jacobian, s, r = step.factors, step.jacobian, step.share_damping, step.share_stiffness
         for i in range(m + followed):
-            row, weight = vectors[JACOBIAN_ROWS + i], 1.0 if i < m else share
+            row, weight = jacobian[i], 1.0 if i < m else share
             for j in range(m):
                 A[i, j] = -weight * (r * row[j] + s * row[m + j])
             for j in range(followed):
                 A[i, m + j] = -weight * row[2 * m + j]
             A[i, i] += 1.0
-    integers[FACTORISATIONS] += 1
-    is_regular = factorise(A, pivots)
-    reals[FACTORED], reals[FACTORED_SHARE] = reals[STEP] if is_regular else 0.0, share
+    step.factorisations += 1
+    is_regular = factorise(A, step.pivots)
+    step.factored, step.factored_share = step.h if is_regular else 0.0, share
     return is_regular
 
 
 @kernel
-def solve_newton(integers: np.ndarray, vectors: np.ndarray, x: np.ndarray) -> None:
+def solve_newton(step: AlphaStep, x: np.ndarray) -> None:
     """Replace a difference of the unknowns, in their places of a row, by the correction."""
-    n, m, most = integers[COORDINATES], integers[SPEEDS], integers[MOST_DIRECTIONS]
-    A, pivots = _factors(integers, vectors)
-    end = n + m + integers[FOLLOWED]
+    (n, moving, end), most, columns, rest = span_of(step), step.most_directions, step.columns, step.rest
     if most == 0:
-        solve(A, pivots, x[n:end])
+        solve(step.factors, step.pivots, x[n:end])
         return
-    rank, W, X = len(A), JACOBIAN_ROWS + most, JACOBIAN_ROWS + 2 * most
-    columns = vectors.reshape(-1)[(X + integers[FOLLOWED] + most + 1) * vectors.shape[1] :]
-    for i in range(rank):
-        columns[i] = total(vectors[W + i, : end - n], x[n:end])
-    solve(A, pivots, columns[:rank])
-    for j in range(rank):
-        for i in range(m):
-            x[n + i] += columns[j] * vectors[JACOBIAN_ROWS + j, i]
-    for i in range(end - n - m):
-        columns[i] = total(vectors[X + i, : end - n], x[n:end])
-    copy(columns[: end - n - m], x[n + m : end])
+    Z, W, X = step.jacobian, step.jacobian[most:], step.jacobian[2 * most :]
+    for i in range(len(columns)):
+        columns[i] = total(W[i, : end - n], x[n:end])
+    solve(step.factors, step.pivots, columns)
+    for j in range(len(columns)):
+        for i in range(moving - n):
+            x[n + i] += columns[j] * Z[j, i]
+    for i in range(len(rest)):
+        rest[i] = total(X[i, : end - n], x[n:end])
+    copy(rest, x[moving:end])

@@ -23,31 +23,8 @@ from kanefe.kernels.evaluation.evaluation import (
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
-from kanefe.kernels.steppers.directions_wanted import DIRECTIONS
 from kanefe.kernels.steppers.settled_outputs import go_on
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    BALANCE,
-    COORDINATES,
-    IMPLICIT,
-    IS_LEFT_OPEN,
-    JACOBIAN,
-    JACOBIAN_ROW,
-    LARGEST_OF_DRIVES,
-    NO_INERTIA,
-    PROJECT,
-    RATES,
-    SETTLE,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    STATE,
-    STORED,
-    TIME,
-    TIME_AT,
-    WAITING,
-    WEAKEST,
-    Run,
-)
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, Command, Run, step_of
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
 
@@ -124,14 +101,13 @@ class Scene(NamedTuple):
 
 
 @entry()
-def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
+def integrate(scene: Scene, run: Run) -> tuple[int, float]:
     """Continue with a run until its method wants what is not to be had here.
 
     Parameters
     ----------
     scene : Scene
     run : Run
-    vectors : ndarray, shape (vectors of the method, state)
 
     Returns
     -------
@@ -141,56 +117,79 @@ def integrate(scene: Scene, run: Run, vectors: RealRows) -> tuple[int, float]:
     weakest : float
         Smallest pivot of a constraint met, of 1.
     """
-    at, reals = vectors[AT], run.reals
-    places, numbers = scene.evaluation.places, scene.evaluation.numbers
-    weakest, closed = 1.0, run.integers[STORED]
+    step = step_of(run)
+    weakest, closed = 1.0, step.stored
     while True:
-        command = go_on(run, vectors)
-        if scene.closing.has_loops:
-            for stored in range(closed, run.integers[STORED]):
-                if not close_at(scene.closing, run.times[stored], reals[SHARE_STIFFNESS], run.states[stored]):
-                    run.integers[IS_LEFT_OPEN] = 1
-            closed = run.integers[STORED]
-            if command == PROJECT and close_at(scene.closing, reals[TIME], reals[SHARE_STIFFNESS], vectors[STATE]):
-                continue
-        if command == SETTLE:
-            number = closed - run.integers[WAITING]
-            if not close_at(scene.closing, run.times[number], reals[SHARE_STIFFNESS], run.states[number]):
-                run.integers[IS_LEFT_OPEN] = 1
-            continue
-        if command == JACOBIAN and scene.derivatives.is_there and _put_jacobian(scene, run, vectors):
-            continue
-        if command not in (RATES, IMPLICIT, BALANCE, DIRECTIONS):
-            return command, weakest
-        t = reals[TIME_AT]
-        longest = put_drives(scene.motions, t, scene.drives)
-        if run.integers[WAITING] == 0:
-            reals[LARGEST_OF_DRIVES] = longest
-        if command == BALANCE:
-            scene.balance.numbers[BALANCE_TIME] = t
-            call_address(scene.balance.address, (scene.balance.places, scene.balance.numbers))
-            continue
-        places[IS_IMPLICIT], numbers[AT_TIME] = command in (IMPLICIT, DIRECTIONS), t
-        numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS] = reals[SHARE_DAMPING], reals[SHARE_STIFFNESS]
-        for is_beside in range(2):  # a second time where the loops are nearly singular
-            scene.fill(t, at, scene.inputs)
-            call_address(scene.evaluation.address, (places, numbers))
-            is_regular, pivot = numbers[DONE_AS] != NO_INERTIA, numbers[LEAST_PIVOT]
-            weakest = min(weakest, pivot)
-            if not scene.closing.has_loops:
-                break
-            if is_beside:
-                copy(scene.asked, at)
-                break
-            reals[WEAKEST] = pivot
-            if is_regular and not pivot < NEAR_SINGULAR:
-                break
-            if not is_regular or not _step_beside(scene, t, at):
+        command = go_on(run)
+        for stored in range(closed, step.stored if scene.closing.has_loops else closed):
+            _close_output(scene, run, stored)
+        closed = step.stored
+        if command == Command.SETTLE:
+            _close_output(scene, run, closed - step.waiting)
+        elif command == Command.PROJECT:
+            if not close_at(scene.closing, step.time, step.share_stiffness, step.state):
                 return command, weakest
-        if not is_regular:
-            return NO_INERTIA, weakest
-        if command == DIRECTIONS:
-            call_address(scene.directions.address, (scene.directions.places, scene.directions.numbers))
+        elif command == Command.JACOBIAN:
+            if not (scene.derivatives.is_there and _put_jacobian(scene, run)):
+                return command, weakest
+        elif command == Command.BALANCE:
+            _put_drives(scene, run)
+            scene.balance.numbers[BALANCE_TIME] = step.time_at
+            call_address(scene.balance.address, (scene.balance.places, scene.balance.numbers))
+        elif command == Command.RATES or command == Command.IMPLICIT or command == Command.DIRECTIONS:
+            is_there, pivot = _evaluate(scene, run, command)
+            weakest = min(weakest, pivot)
+            if not is_there:
+                return command, weakest
+            if scene.evaluation.numbers[DONE_AS] == NO_INERTIA:
+                return NO_INERTIA, weakest
+            if command == Command.DIRECTIONS:
+                call_address(scene.directions.address, (scene.directions.places, scene.directions.numbers))
+        else:
+            return command, weakest
+
+
+@kernel
+def _close_output(scene: Scene, run: Run, number: int) -> None:
+    """Close the loops of an output, or keep that it is left open."""
+    step = step_of(run)
+    if not close_at(scene.closing, run.times[number], step.share_stiffness, run.states[number]):
+        step.is_left_open = True
+
+
+@kernel
+def _put_drives(scene: Scene, run: Run) -> None:
+    """Write the drives where the method evaluates; they say how long its next step may be."""
+    step = step_of(run)
+    longest = put_drives(scene.motions, step.time_at, scene.drives)
+    if step.waiting == 0:
+        step.largest_of_drives = longest
+
+
+@kernel
+def _evaluate(scene: Scene, run: Run, command: int) -> tuple[bool, float]:
+    """Write the rates that a method asks for; return whether they are to be had here, and the smallest pivot."""
+    step, places, numbers = step_of(run), scene.evaluation.places, scene.evaluation.numbers
+    t, at, weakest = step.time_at, step.at, 1.0
+    _put_drives(scene, run)
+    places[IS_IMPLICIT], numbers[AT_TIME] = command != Command.RATES, t
+    numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS] = step.share_damping, step.share_stiffness
+    for is_beside in range(2):  # a second time where the loops are nearly singular
+        scene.fill(t, at, scene.inputs)
+        call_address(scene.evaluation.address, (places, numbers))
+        is_regular, pivot = numbers[DONE_AS] != NO_INERTIA, numbers[LEAST_PIVOT]
+        weakest = min(weakest, pivot)
+        if not scene.closing.has_loops:
+            break
+        if is_beside:
+            copy(scene.asked, at)
+            break
+        step.weakest = pivot
+        if is_regular and not pivot < NEAR_SINGULAR:
+            break
+        if not is_regular or not _step_beside(scene, t, at):
+            return False, weakest
+    return True, weakest
 
 
 @inlined
@@ -200,12 +199,13 @@ def put_four(x: Reals, at: int, a: float, b: float, c: float, d: float) -> None:
 
 
 @kernel
-def _put_jacobian(scene: Scene, run: Run, vectors: RealRows) -> bool:
+def _put_jacobian(scene: Scene, run: Run) -> bool:
     """Write the derivatives of the rates that a method asks for; return whether all are finite.
 
     Of the rates of speeds, internal states and quadratures, a row each, along the tangents.
     """
-    given, y, t, first = scene.derivatives, vectors[AT], run.reals[TIME_AT], run.integers[JACOBIAN_ROW]
+    step, given = step_of(run), scene.derivatives
+    y, t, n = step.at, step.time_at, step.coordinates
     for i in range(len(given.turning)):
         at, row = given.turning[i, 0], given.turning[i, 1]
         e0, e1, e2, e3 = 0.5 * y[at], 0.5 * y[at + 1], 0.5 * y[at + 2], 0.5 * y[at + 3]
@@ -216,15 +216,15 @@ def _put_jacobian(scene: Scene, run: Run, vectors: RealRows) -> bool:
     copy(scene.inputs, given.inputs)
     scene.fill(t, y, given.inputs)
     for i in range(len(y)):
-        given.state[AT, 2 * i] = y[i]
+        given.state[0, 2 * i] = y[i]
     given.evaluation.numbers[AT_TIME] = t
     call_address(given.call.address, (given.call.places, given.call.numbers))
     if given.call.numbers[given.done_at] == 0.0:
         return False
-    n = run.integers[COORDINATES]
+    jacobian = run.vectors[step.jacobian_row :]
     for i in range(len(y) - n):
         for k in range(len(given.found)):
-            vectors[first + i, k] = given.found[k, n + i]
+            jacobian[i, k] = given.found[k, n + i]
     return True
 
 

@@ -5,66 +5,17 @@ Letters are those of `kanefe.kernels.steppers.energy_momentum`.
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    copy,
-    cross,
-    dot,
-    minus,
-    plus,
-    put_three,
-    six,
-    symmetric_inverse,
-    symmetric_times,
-    three,
-    times,
-)
+from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING
-from kanefe.kernels.steppers.step_commands import (
-    CENTRE,
-    COORDINATES,
-    ENERGY,
-    ENERGY_SIZE,
-    KEEPS_MOMENTA,
-    KINETIC,
-    LOCKED,
-    MOMENTUM,
-    OF_METHOD,
-    REALS_OF_METHOD,
-    RIGID,
-    ROTORS,
-    SPEEDS,
-    SPIN,
-    STATE,
-    STEP,
-    TIME,
-    TOTAL_MASS,
-    move,
-)
-
-# Integers of the method: sweeps of a step, corrections of it, and whether its directions are known
-SWEEPS, CORRECTIONS, HAS_DIRECTIONS = range(OF_METHOD, OF_METHOD + 3)
-
-# Reals of the method: what is kept, since when; d, of which turns are zero; parts of u' and z as of one rigid body, the
-# second with g; the last changes of r and d; g; by how much b changes the energy; the sum of the sizes of all
-# energies, the largest so far; how much the last iteration has changed
-KEPT_ENERGY, KEPT_TIME = REALS_OF_METHOD, REALS_OF_METHOD + 1
-KEPT_CENTRE, KEPT_MOMENTUM, KEPT_SPIN = range(REALS_OF_METHOD + 2, REALS_OF_METHOD + 11, 3)
-SHIFT, RIGID_PART, RIGID_PART_OF_Z = range(REALS_OF_METHOD + 11, REALS_OF_METHOD + 29, 6)
-LAST_PUSH, LAST_SHIFT, TURN = REALS_OF_METHOD + 29, REALS_OF_METHOD + 35, REALS_OF_METHOD + 38
-GROWTH, LARGEST_ENERGY, CHANGE = range(REALS_OF_METHOD + 41, REALS_OF_METHOD + 44)
-REALS = REALS_OF_METHOD + 44
-
-# Rows of the method, after the rigid motions at the last balance: those in the middle of the step; unknowns as they are
-# tried, as they follow from that, and those of the last step; the weighted difference of the first two; what is mixed;
-# state at the end and move of the coordinates to it; and frequencies of modes in rad/s, given
-DIRECTIONS = RIGID + 6
-TRIED, FOUND, OLD, RESIDUAL = range(DIRECTIONS + 6, DIRECTIONS + 10)
-MEMORY = DIRECTIONS + 10
-NEW, MOVE, FREQUENCIES = range(MEMORY + ROWS_OF_MIXING, MEMORY + ROWS_OF_MIXING + 3)
-ROWS = FREQUENCIES + 1
+from kanefe.kernels.steppers.moves import move
+from kanefe.kernels.steppers.step_commands import BalancedStep, Row
+from kanefe.kernels.values.records import Array
+from kanefe.kernels.values.tensors import Vector, cross, dot
 
 # Places in rows of unknowns: b, and r where momenta are kept, which takes a free body of seven coordinates; z is in the
 # places of the speeds
@@ -73,111 +24,143 @@ SHARE, PUSH = 0, 1
 CLOSE = 1e-13
 """Accuracy to which quantities are conserved, relative to speeds and to the largest energies so far."""
 
-DIAGONAL = 0, 3, 5
-"""Indices of the diagonal among the six numbers of a symmetric matrix."""
+
+class KeepingStep(BalancedStep):
+    """A step of the energy-momentum method."""
+
+    sweeps: int  # of the step
+    corrections: int
+    has_directions: bool  # those of the step are known
+    kept_energy: float  # what is kept, since when
+    kept_time: float
+    kept_centre: Vector
+    kept_momentum: Vector
+    kept_spin: Vector
+    shift: Vector  # d, which has no turns
+    v: Vector  # parts of u' and z as of one rigid body, the second with g
+    w: Vector
+    v_of_z: Vector
+    w_of_z: Vector
+    last_v: Vector  # the last changes of r and d
+    last_w: Vector
+    last_shift: Vector
+    turn: Vector  # g
+    growth: float  # by how much b changes the energy
+    largest_energy: float  # sum of the sizes of all energies, the largest so far
+    change_left: float  # by the last iteration
+    directions: Annotated[np.ndarray, Array(6, "size")]  # rigid motions in the middle of the step
+    tried: Row  # unknowns as they are tried
+    found: Row  # as they follow from that
+    old: Row  # of the last step
+    residual: Row  # the weighted difference of the first two
+    memory: Annotated[np.ndarray, Array(ROWS_OF_MIXING, "size")]
+    new: Row
+    way: Row  # move of the coordinates
+    frequencies: Row  # of modes in rad/s
 
 
 @inlined
-def _total(integers: np.ndarray, reals: np.ndarray, state: np.ndarray) -> float:
+def along_and_about(directions: np.ndarray, i: int) -> tuple[Vector, Vector]:
+    """Return how a speed takes part in the rigid motions: in translations, and in turns."""
+    first = Vector(directions[0, i], directions[1, i], directions[2, i])
+    return first, Vector(directions[3, i], directions[4, i], directions[5, i])
+
+
+@inlined
+def _total(step: KeepingStep, state: np.ndarray) -> float:
     """Return energy + dissipated - work."""
-    return reals[ENERGY] + state[len(state) - 2] - state[len(state) - 1]
+    return step.energy + state[len(state) - 2] - state[len(state) - 1]
+
+
+@inlined
+def _rigid_part(step: KeepingStep) -> tuple[Vector, Vector, float]:
+    """Return v and w of the motion as of one rigid body, and twice the kinetic energy beyond."""
+    spin = step.spin - step.rotors
+    v, w = (1.0 / step.mass) * step.momentum, step.locked.inverse @ spin
+    return v, w, max(2.0 * step.kinetic - dot(v, step.momentum) - dot(w, spin), 0.0)
 
 
 @kernel
-def _put_rigid_part(integers: np.ndarray, reals: np.ndarray, place: int) -> float:
-    """Write v and w of the motion as of one rigid body; return twice the kinetic energy beyond."""
-    if not integers[KEEPS_MOMENTA]:
-        return 2.0 * reals[KINETIC]
-    momentum, spin = three(reals, MOMENTUM), minus(three(reals, SPIN), three(reals, ROTORS))
-    v = times(1.0 / reals[TOTAL_MASS], momentum)
-    w = symmetric_times(symmetric_inverse(six(reals, LOCKED)), spin)
-    put_three(reals, place, v)
-    put_three(reals, place + 3, w)
-    return max(2.0 * reals[KINETIC] - dot(v, momentum) - dot(w, spin), 0.0)
-
-
-@kernel
-def put_middle(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
+def put_middle(step: KeepingStep) -> None:
     """Take over directions in the middle of the step; the turn g is added to what j leaves of z later."""
-    reals[GROWTH] = _put_rigid_part(integers, reals, RIGID_PART)
-    if integers[KEEPS_MOMENTA]:
+    step.growth = 2.0 * step.kinetic
+    if step.keeps_momenta:
+        step.v, step.w, step.growth = _rigid_part(step)
         for k in range(6):
-            copy(vectors[RIGID + k], vectors[DIRECTIONS + k])
-        steepest = cross(three(reals, RIGID_PART + 3), three(reals, SPIN))
-        turn = symmetric_times(symmetric_inverse(six(reals, LOCKED)), steepest)
-        put_three(reals, TURN, turn)
-        reals[GROWTH] += 0.25 * reals[STEP] ** 2 * dot(turn, steepest)
+            copy(step.rigid[k], step.directions[k])
+        steepest = cross(step.w, step.spin)
+        step.turn = step.locked.inverse @ steepest
+        step.growth += 0.25 * step.h**2 * dot(step.turn, steepest)
 
 
 @kernel
-def put_z(integers: np.ndarray, reals: np.ndarray) -> None:
+def put_z(step: KeepingStep) -> None:
     """Take over the part of z as of one rigid body."""
-    reals[GROWTH] += 0.25 * reals[STEP] ** 2 * _put_rigid_part(integers, reals, RIGID_PART_OF_Z)
-    for k in range(3):
-        reals[RIGID_PART_OF_Z + 3 + k] += reals[TURN + k]
+    beyond = 2.0 * step.kinetic
+    if step.keeps_momenta:
+        step.v_of_z, w, beyond = _rigid_part(step)
+        step.w_of_z = w + step.turn
+    step.growth += 0.25 * step.h**2 * beyond
 
 
 @kernel
-def correct(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> float:
+def _correct_momenta(step: KeepingStep) -> tuple[float, float]:
+    """Correct r and d; return by how much the energy grows by the first, as planned and in truth."""
+    found, residual, size = step.found, step.residual, step.largest_energy
+    momentum, spin = step.kept_momentum - step.momentum, step.kept_spin - step.spin
+    v, w = (1.0 / step.mass) * momentum, step.locked.inverse @ spin
+    flown = ((step.time + step.h - step.kept_time) / step.mass) * step.kept_momentum
+    shift = step.kept_centre + flown - step.centre
+    step.last_v, step.last_w, step.last_shift = v, w, shift
+    step.shift += shift
+    inertia, slip = step.locked.full, 0.0
+    pushes = (v.x, v.y, v.z, w.x, w.y, w.z)
+    inertias = (step.mass, step.mass, step.mass, inertia.x.x, inertia.y.y, inertia.z.z)
+    for k in range(6):
+        found[PUSH + k] += pushes[k]
+        residual[PUSH + k] = pushes[k] * np.sqrt(inertias[k] / size) / CLOSE if size > 0.0 else 0.0
+        slip = max(slip, abs(residual[PUSH + k]))
+    step.change_left = max(step.change_left, slip)
+    left = dot(v, step.momentum) + dot(w, step.spin - step.rotors) + 0.5 * (dot(v, momentum) + dot(w, spin))
+    return dot(step.v, momentum) + dot(step.w, spin), left
+
+
+@kernel
+def correct(step: KeepingStep) -> float:
     """Correct the unknowns beside z by what is not kept; return how much energy that is, of what is round-off.
 
     That is what would be left after `finish`.
     """
-    found, residual = vectors[FOUND], vectors[RESIDUAL]
-    size = reals[LARGEST_ENERGY] = max(reals[ENERGY_SIZE], reals[LARGEST_ENERGY])
-    excess = left = _total(integers, reals, vectors[NEW]) - reals[KEPT_ENERGY]
-    slip = 0.0
-    if integers[KEEPS_MOMENTA]:
-        h = reals[STEP]
-        momentum = minus(three(reals, KEPT_MOMENTUM), three(reals, MOMENTUM))
-        spin = minus(three(reals, KEPT_SPIN), three(reals, SPIN))
-        v = times(1.0 / reals[TOTAL_MASS], momentum)
-        w = symmetric_times(symmetric_inverse(six(reals, LOCKED)), spin)
-        flown = times((reals[TIME] + h - reals[KEPT_TIME]) / reals[TOTAL_MASS], three(reals, KEPT_MOMENTUM))
-        shift = minus(plus(three(reals, KEPT_CENTRE), flown), three(reals, CENTRE))
-        put_three(reals, LAST_PUSH, v)
-        put_three(reals, LAST_PUSH + 3, w)
-        put_three(reals, LAST_SHIFT, shift)
-        put_three(reals, SHIFT, plus(three(reals, SHIFT), shift))
-        for k in range(6):
-            found[PUSH + k] += reals[LAST_PUSH + k]
-            inertia = reals[TOTAL_MASS] if k < 3 else reals[LOCKED + DIAGONAL[k - 3]]
-            residual[PUSH + k] = reals[LAST_PUSH + k] * np.sqrt(inertia / size) / CLOSE if size > 0.0 else 0.0
-            slip = max(slip, abs(residual[PUSH + k]))
-        excess += dot(three(reals, RIGID_PART), momentum) + dot(three(reals, RIGID_PART + 3), spin)
-        left += dot(v, three(reals, MOMENTUM)) + dot(w, minus(three(reals, SPIN), three(reals, ROTORS)))
-        left += 0.5 * (dot(v, momentum) + dot(w, spin))
-    residual[SHARE] = 0.0
-    if abs(excess) > CLOSE * size and reals[GROWTH] > 0.0:
-        change = min(max(excess / reals[GROWTH], -0.1), 0.1)
-        found[SHARE] -= change
-        residual[SHARE] = -change * np.sqrt(reals[GROWTH] / size) / CLOSE
-    reals[CHANGE] = max(reals[CHANGE], slip)
+    size = step.largest_energy = max(step.energy_size, step.largest_energy)
+    excess = left = _total(step, step.new) - step.kept_energy
+    if step.keeps_momenta:
+        planned, gained = _correct_momenta(step)
+        excess += planned
+        left += gained
+    step.residual[SHARE] = 0.0
+    if abs(excess) > CLOSE * size and step.growth > 0.0:
+        change = min(max(excess / step.growth, -0.1), 0.1)
+        step.found[SHARE] -= change
+        step.residual[SHARE] = -change * np.sqrt(step.growth / size) / CLOSE
     return abs(left) / (CLOSE * size) if left != 0.0 else 0.0
 
 
 @kernel
-def finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
+def finish(step: KeepingStep) -> None:
     """Take off what is left of momenta and of straight flight: far from N's origin it would weigh in those about it."""
-    n, m, new = integers[COORDINATES], integers[SPEEDS], vectors[NEW]
-    for i in range(n, n + m):
-        for k in range(6):
-            new[i] += reals[LAST_PUSH + k] * vectors[RIGID + k, i]
-        for k in range(3):
-            vectors[MOVE, i] += reals[LAST_SHIFT + k] * vectors[RIGID + k, i]
-    move(integers, vectors[STATE], vectors[MOVE], n, new)
+    n, new, way, rigid = step.coordinates, step.new, step.way, step.rigid
+    v, w, shift = step.last_v, step.last_w, step.last_shift
+    for i in range(n, n + step.speeds):
+        along, about = along_and_about(rigid, i)
+        new[i] += dot(v, along) + dot(w, about)
+        way[i] += dot(shift, along)
+    move(step, step.state, way, n, new)
 
 
 @kernel
-def keep(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> None:
+def keep(step: KeepingStep) -> None:
     """Take over what is to be kept from here on."""
-    reals[KEPT_ENERGY] = _total(integers, reals, vectors[STATE])
-    reals[KEPT_TIME] = reals[TIME]
-    put_three(reals, KEPT_CENTRE, three(reals, CENTRE))
-    put_three(reals, KEPT_MOMENTUM, three(reals, MOMENTUM))
-    put_three(reals, KEPT_SPIN, three(reals, SPIN))
-    reals[LARGEST_ENERGY] = reals[ENERGY_SIZE]
-    for k in range(6):
-        reals[SHIFT + k] = 0.0
-    for row in (FOUND, OLD, RESIDUAL):
-        vectors[row, :] = 0.0
+    step.kept_energy, step.kept_time = _total(step, step.state), step.time
+    step.kept_centre, step.kept_momentum, step.kept_spin = step.centre, step.momentum, step.spin
+    step.largest_energy, step.shift = step.energy_size, Vector(0.0, 0.0, 0.0)
+    step.found[:] = step.old[:] = step.residual[:] = 0.0

@@ -12,81 +12,27 @@ are, and brought back to unit length after each step.
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import ADVANCE
 from kanefe.kernels.compiler.entries import pointer
-from kanefe.kernels.steppers.radau_polynomial import (
-    CHANGES,
-    CORRECTION,
-    DIFFERENTIATED_STEP,
-    EIGENVALUES,
-    ESTIMATE,
-    FACTORED,
-    FARTHEST,
-    HAS_POLYNOMIAL,
-    INVERSE,
-    IS_FIRST,
-    IS_FRESH,
-    IS_WANTED,
-    ITERATION,
-    NODE,
-    NODES,
-    OLD_ERROR,
-    OLD_STEP,
-    POLYNOMIAL,
-    POLYNOMIAL_STEP,
-    RATE_OF_CONVERGENCE,
-    RATES_AT,
-    RATIO,
-    REMAINING,
-    STAGES,
-    START,
-    TRANSFORMED,
-    WAS_REJECTED,
-    WEIGHTS,
-    T,
-    guess_changes,
-    normalise,
-)
+from kanefe.kernels.steppers.breakpoints import accept, clip, has_jumped
+from kanefe.kernels.steppers.radau_polynomial import FARTHEST, STAGES, RadauStep, guess_changes, normalise
 from kanefe.kernels.steppers.radau_systems import factorise_systems, solve_complex, solve_real
 from kanefe.kernels.steppers.step_commands import (
-    ACCEPTED,
-    AT,
-    CONTINUES,
-    DONE,
-    ERROR,
-    FAILED,
-    HAS_LOOPS,
-    IS_FIXED,
-    JACOBIAN,
-    JACOBIANS,
-    NEXT_STEP,
-    NO_CONVERGENCE,
-    PROJECT,
-    RATES,
-    REASON,
-    REJECTED,
-    RELATIVE,
-    SHARE_STIFFNESS,
-    SLOPE,
-    SMALLEST,
-    STAGE,
-    STATE,
-    STEP,
-    STOP,
-    TIME,
-    TIME_AT,
-    TOO_SMALL,
-    accept,
+    Command,
+    Reason,
     ask,
-    clip,
+    ask_rates,
     first_step,
-    has_jumped,
     scaled_size,
+    wish,
 )
+from kanefe.kernels.values.tensors import Matrix, Vector
 
 LARGEST_ITERATIONS, LARGEST_IF_FIXED = 7, 30
 """Largest number of iterations of a step, which is then shortened, and of a fixed step."""
@@ -114,240 +60,279 @@ SAFETY = 0.9
 
 LONGER, SHORTER = 8.0, 0.2
 
-# Where to go on
-BEGIN, FIRST, DIFFERENTIATED, ITERATING, REFINED, AFTER, PROJECTED = range(7)
-
-# What comes of an iteration
 GOES_ON, CONVERGED, DIVERGED = range(3)
+"""Numbers of what comes of an iteration."""
+
+
+class Stage(IntEnum):
+    """Where to go on."""
+
+    BEGIN = 0
+    FIRST = 1
+    DIFFERENTIATED = 2
+    ITERATING = 3
+    REFINED = 4
+    AFTER = 5
+    PROJECTED = 6
 
 
 @kernel
-def _transform(table: np.ndarray, first: int, vectors: np.ndarray, source: int, target: int) -> None:
-    """Write the products of a 3 x 3 matrix of the table with rows of vectors, also in place."""
-    a, b, c = vectors[source], vectors[source + 1], vectors[source + 2]
-    for i in range(vectors.shape[1]):
-        x, y, z = a[i], b[i], c[i]
-        for k in range(STAGES):
-            vectors[target + k, i] = table[first + k, 0] * x + table[first + k, 1] * y + table[first + k, 2] * z
+def _transform(by: Matrix, source: np.ndarray, target: np.ndarray) -> None:
+    """Write the products of a 3 x 3 matrix with three rows, also in place."""
+    (a, b, c), (x, y, z) = (source[0], source[1], source[2]), (target[0], target[1], target[2])
+    for i in range(len(a)):
+        found = by @ Vector(a[i], b[i], c[i])
+        x[i], y[i], z[i] = found.x, found.y, found.z
 
 
 @kernel
-def _shorten(integers: np.ndarray, reals: np.ndarray, share: float) -> bool:
+def _shorten(step: RadauStep, share: float) -> bool:
     """Choose a share of the step for another try of it; return whether there is one."""
-    integers[REJECTED] += 1
-    integers[IS_WANTED] = reals[RATE_OF_CONVERGENCE] > SLOW and not integers[IS_FRESH]
-    if integers[IS_FIXED]:  # the Jacobian of an earlier state may be what is wrong
-        integers[REASON] = NO_CONVERGENCE
-        return not integers[IS_FRESH]
-    integers[REASON] = TOO_SMALL
-    reals[NEXT_STEP] = share * reals[STEP]
-    clip(integers, reals, reals[NEXT_STEP])
-    return reals[NEXT_STEP] >= reals[SMALLEST]
+    step.rejected += 1
+    step.is_wanted = step.rate_of_convergence > SLOW and not step.is_fresh
+    if step.is_fixed:  # the Jacobian of an earlier state may be what is wrong
+        step.reason = Reason.NO_CONVERGENCE
+        return not step.is_fresh
+    step.reason = Reason.TOO_SMALL
+    step.next_step = share * step.h
+    clip(step, step.next_step)
+    return step.next_step >= step.smallest
 
 
 @kernel
-def _begin_step(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
+def _begin_step(step: RadauStep) -> int:
     """Begin a step, or the same step again with another length: see to its matrices, guess its changes."""
     while True:
-        if integers[IS_WANTED] or (reals[STEP] > OUTGROWN * reals[DIFFERENTIATED_STEP] and not integers[IS_FRESH]):
-            integers[JACOBIANS] += 1
-            copy(vectors[STATE], vectors[AT])
-            reals[TIME_AT] = reals[TIME]
-            return ask(integers, JACOBIAN, DIFFERENTIATED)
-        if abs(reals[FACTORED] - reals[STEP]) <= SAME * reals[STEP]:
+        if step.is_wanted or (step.h > OUTGROWN * step.differentiated_step and not step.is_fresh):
+            step.jacobians += 1
+            copy(step.state, step.at)
+            step.time_at = step.time
+            return ask(step, Command.JACOBIAN, Stage.DIFFERENTIATED)
+        if abs(step.factored - step.h) <= SAME * step.h:
             break
-        if factorise_systems(integers, reals, vectors, table):
+        if factorise_systems(step):
             break
-        reals[RATE_OF_CONVERGENCE] = np.inf
-        if not _shorten(integers, reals, 0.5):
-            return ask(integers, FAILED, AFTER)
-    guess_changes(integers, reals, vectors, table)
-    _transform(table, INVERSE, vectors, CHANGES, TRANSFORMED)
-    integers[ITERATION] = 0
-    reals[RATE_OF_CONVERGENCE] = 0.0
+        step.rate_of_convergence = np.inf
+        if not _shorten(step, 0.5):
+            return ask(step, Command.FAILED, Stage.AFTER)
+    guess_changes(step)
+    _transform(step.T_inverse, step.changes, step.transformed)
+    step.iteration = 0
+    step.rate_of_convergence = 0.0
     # of how a much shorter step has converged nothing is known for this one
-    is_like_last = integers[HAS_POLYNOMIAL] and reals[STEP] <= FARTHEST * reals[POLYNOMIAL_STEP]
-    reals[REMAINING] = max(reals[REMAINING], 1e-15) ** 0.8 if is_like_last else 1.0
-    return _ask_node(integers, reals, vectors, table, 0)
+    is_like_last = step.has_polynomial and step.h <= FARTHEST * step.polynomial_step
+    step.remaining = max(step.remaining, 1e-15) ** 0.8 if is_like_last else 1.0
+    return _ask_node(step, 0)
 
 
 @kernel
-def _ask_node(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, node: int) -> int:
-    integers[NODE] = node
-    at, state, change = vectors[AT], vectors[STATE], vectors[CHANGES + node]
+def _ask_node(step: RadauStep, node: int) -> int:
+    step.node = node
+    _put_state(step, step.changes[node])
+    step.time_at = step.time + step.nodes[node] * step.h
+    return ask(step, Command.RATES, Stage.ITERATING)
+
+
+@kernel
+def _put_state(step: RadauStep, change: np.ndarray) -> None:
+    """Put a state that differs from the last one."""
+    at, state = step.at, step.state
     for i in range(len(at)):
         at[i] = state[i] + change[i]
-    reals[TIME_AT] = reals[TIME] + table[NODES, node] * reals[STEP]
-    return ask(integers, RATES, ITERATING)
 
 
 @kernel
-def _correct(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> tuple[int, float]:
-    """Take one simplified Newton iteration; return what comes of it and, where it diverges, a share of the step."""
-    h = reals[STEP]
-    gamma, alpha, beta = table[EIGENVALUES, 0] / h, table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h
-    _transform(table, INVERSE, vectors, RATES_AT, RATES_AT)
-    a, b, c = vectors[RATES_AT], vectors[RATES_AT + 1], vectors[RATES_AT + 2]
+def _solve(step: RadauStep) -> float:
+    """Write the next correction of the transformed changes over the rates at the nodes; return its size."""
+    h, rates, known = step.h, step.rates_at, step.transformed
+    gamma, alpha, beta = step.gamma / h, step.alpha / h, step.beta / h
+    _transform(step.T_inverse, rates, rates)
+    a, b, c = rates[0], rates[1], rates[2]
     for i in range(len(a)):
-        second, third = vectors[TRANSFORMED + 1, i], vectors[TRANSFORMED + 2, i]
-        a[i] -= gamma * vectors[TRANSFORMED, i]
-        b[i] -= alpha * second - beta * third
-        c[i] -= alpha * third + beta * second
-    solve_real(integers, reals, vectors, table, a)
-    solve_complex(integers, reals, vectors, table, b, c)
-    size, state = 0.0, vectors[STATE]
+        a[i] -= gamma * known[0, i]
+        b[i] -= alpha * known[1, i] - beta * known[2, i]
+        c[i] -= alpha * known[2, i] + beta * known[1, i]
+    solve_real(step, a)
+    solve_complex(step, b, c)
+    size = 0.0
     for k in range(STAGES):
-        size = max(size, scaled_size(integers, reals, vectors, vectors[RATES_AT + k], state, state))
+        size = max(size, scaled_size(step, rates[k], step.state, step.state))
+    return size
+
+
+@kernel
+def _converges(step: RadauStep, size: float, enough: float) -> float:
+    """Take in the size of a correction; return the share of the step to try instead, 0 where it converges."""
+    iteration = step.iteration
+    step.iteration += 1
+    # what a jump of held drives does to stiff parts may push others once, by matrices of before: that tells no rate
+    first = 2 if step.is_first == HELD_JUMPS and not step.is_fresh else 1
+    if iteration < first:
+        return 0.0
+    ratio = size / step.correction
+    rate = ratio if iteration == first else np.sqrt(ratio * step.ratio)
+    step.ratio, step.rate_of_convergence = ratio, rate
+    if not rate < 0.99:
+        return 0.5
+    step.remaining = rate / (1.0 - rate)
+    left = (LARGEST_IF_FIXED if step.is_fixed else LARGEST_ITERATIONS) - 1 - iteration
+    if left < 0:
+        return 0.5
+    missed = step.remaining * size * rate**left / enough
+    if missed >= 1.0:  # it would take too many iterations
+        return float(0.8 * min(max(missed, 1e-4), 20.0) ** (-1.0 / (4.0 + left)))
+    return 0.0
+
+
+@kernel
+def _correct(step: RadauStep) -> tuple[int, float]:
+    """Take one simplified Newton iteration; return what comes of it and, where it diverges, a share of the step."""
+    size = _solve(step)
     if not size < np.inf:
         return DIVERGED, 0.5
-    iteration = integers[ITERATION]
-    integers[ITERATION] += 1
-    enough = max(1e-14 / reals[RELATIVE], min(0.03, np.sqrt(reals[RELATIVE])))
-    # what a jump of held drives does to stiff parts may push others once, by matrices of before: that tells no rate
-    first = 2 if integers[IS_FIRST] == HELD_JUMPS and not integers[IS_FRESH] else 1
-    if iteration >= first:
-        ratio = size / reals[CORRECTION]
-        rate = ratio if iteration == first else np.sqrt(ratio * reals[RATIO])
-        reals[RATIO], reals[RATE_OF_CONVERGENCE] = ratio, rate
-        if not rate < 0.99:
-            return DIVERGED, 0.5
-        reals[REMAINING] = rate / (1.0 - rate)
-        left = (LARGEST_IF_FIXED if integers[IS_FIXED] else LARGEST_ITERATIONS) - 1 - iteration
-        if left < 0:
-            return DIVERGED, 0.5
-        missed = reals[REMAINING] * size * rate**left / enough
-        if missed >= 1.0:  # it would take too many iterations
-            return DIVERGED, 0.8 * min(max(missed, 1e-4), 20.0) ** (-1.0 / (4.0 + left))
-    reals[CORRECTION] = size
+    enough = max(1e-14 / step.relative, min(0.03, np.sqrt(step.relative)))
+    share = _converges(step, size, enough)
+    if share > 0.0:
+        return DIVERGED, share
+    step.correction = size
+    transformed, corrections = step.transformed, step.rates_at
     for k in range(STAGES):
-        transformed, correction = vectors[TRANSFORMED + k], vectors[RATES_AT + k]
-        for i in range(len(transformed)):
-            transformed[i] += correction[i]
-    _transform(table, T, vectors, TRANSFORMED, CHANGES)
-    return (CONVERGED if reals[REMAINING] * size <= enough else GOES_ON), 0.0
+        for i in range(transformed.shape[1]):
+            transformed[k, i] += corrections[k, i]
+    _transform(step.T, transformed, step.changes)
+    return (CONVERGED if step.remaining * size <= enough else GOES_ON), 0.0
 
 
 @kernel
-def _error(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, rates: np.ndarray) -> float:
+def _error(step: RadauStep, rates: np.ndarray) -> float:
     """Return the size of the error: the difference to a formula of order 3, which stiff parts are filtered out of."""
-    error, weights, h = vectors[ESTIMATE], table[WEIGHTS], reals[STEP]
+    error, weights, changes, h = step.estimate, step.weights, step.changes, step.h
     for i in range(len(error)):
-        change = weights[0] * vectors[CHANGES, i]
-        change += weights[1] * vectors[CHANGES + 1, i] + weights[2] * vectors[CHANGES + 2, i]
+        change = weights[0] * changes[0, i] + (weights[1] * changes[1, i] + weights[2] * changes[2, i])
         error[i] = change / h + rates[i]
-    solve_real(integers, reals, vectors, table, error)
-    new = vectors[AT]
-    for i in range(len(new)):
-        new[i] = vectors[STATE, i] + vectors[CHANGES + 2, i]
-    return scaled_size(integers, reals, vectors, error, vectors[STATE], new)
+    solve_real(step, error)
+    _put_state(step, changes[2])
+    return scaled_size(step, error, step.state, step.at)
 
 
 @kernel
-def _try_again(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, share: float) -> int:
-    """Begin the step again with a share of its length."""
-    if _shorten(integers, reals, share):
-        return _begin_step(integers, reals, vectors, table)
-    return ask(integers, FAILED, AFTER)
+def _try_again(step: RadauStep, share: float) -> int:
+    """Have the step begun again with a share of its length."""
+    return Command.START.value if _shorten(step, share) else ask(step, Command.FAILED, Stage.AFTER)
 
 
 @kernel
-def _judge(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, error: float) -> int:
-    """Accept or reject a step, and choose the next one."""
-    h = reals[STEP]
-    reals[ERROR] = error
+def _judge(step: RadauStep, error: float) -> int:
+    """Accept a step and choose the next one, or reject it and return START."""
+    h = step.h
+    step.error = error
     most = 2.0 * LARGEST_ITERATIONS
-    safety = min(SAFETY, SAFETY * (1.0 + most) / (integers[ITERATION] + most))
+    safety = min(SAFETY, SAFETY * (1.0 + most) / (step.iteration + most))
     bounded = max(error, 1e-10)
     shrunk = bounded**0.25 / safety if error < np.inf else np.inf
     if not error < 1.0:
-        integers[WAS_REJECTED] = 1
-        share = 0.1 if integers[IS_FIRST] == ANEW else max(1.0 / shrunk, SHORTER)
-        return _try_again(integers, reals, vectors, table, share)
+        step.was_rejected = True
+        return _try_again(step, 0.1 if step.is_first == ANEW else max(1.0 / shrunk, SHORTER))
     shrunk = min(max(shrunk, 1.0 / LONGER), 1.0 / SHORTER)
-    if not integers[IS_FIRST]:  # Gustafsson's predictive controller
-        foreseen = reals[OLD_STEP] / h * (bounded * bounded / reals[OLD_ERROR]) ** 0.25 / SAFETY
+    if step.is_first == 0:  # Gustafsson's predictive controller
+        foreseen = step.old_step / h * (bounded * bounded / step.old_error) ** 0.25 / SAFETY
         shrunk = max(shrunk, min(max(foreseen, 1.0 / LONGER), 1.0 / SHORTER))
-    reals[OLD_STEP], reals[OLD_ERROR] = h, max(1e-2, error)
-    grown = h / shrunk
-    if integers[WAS_REJECTED]:
-        grown = min(grown, h)
-    if reals[RATE_OF_CONVERGENCE] <= SLOW and h <= grown <= KEPT * h:
-        grown = h
-    # a step cut short says little about the next one
-    reals[NEXT_STEP] = max(grown, reals[NEXT_STEP]) if h < reals[NEXT_STEP] else grown
-    return _finish(integers, reals, vectors)
+    step.old_step, step.old_error = h, max(1e-2, error)
+    grown = min(h / shrunk, h) if step.was_rejected else h / shrunk
+    wish(step, h if step.rate_of_convergence <= SLOW and h <= grown <= KEPT * h else grown)
+    return _finish(step)
 
 
 @kernel
-def _finish(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray) -> int:
+def _finish(step: RadauStep) -> int:
     """Accept the step; its polynomial stays."""
     for k in range(STAGES):
-        copy(vectors[CHANGES + k], vectors[POLYNOMIAL + k])
-    reals[POLYNOMIAL_STEP] = reals[STEP]
-    integers[HAS_POLYNOMIAL], integers[IS_FIRST], integers[WAS_REJECTED], integers[IS_FRESH] = 1, 0, 0, 0
-    integers[IS_WANTED] = reals[RATE_OF_CONVERGENCE] > SLOW
-    new, last = vectors[AT], vectors[CHANGES + 2]
-    for i in range(len(new)):
-        new[i] = vectors[STATE, i] + last[i]
-    normalise(integers, new)
-    ask(integers, ACCEPTED, AFTER)
-    return accept(integers, reals, vectors, new)
+        copy(step.changes[k], step.polynomial[k])
+    step.polynomial_step = step.h
+    step.has_polynomial, step.is_first, step.was_rejected, step.is_fresh = True, 0, False, False
+    step.is_wanted = step.rate_of_convergence > SLOW
+    _put_state(step, step.changes[2])
+    normalise(step, step.at)
+    return accept(step, step.at, Stage.AFTER)
+
+
+@kernel
+def _take_node(step: RadauStep) -> int:
+    """Take in the rates at a node; after the last one iterate, or judge the step. START: it is to begin again."""
+    node = step.node
+    copy(step.slope, step.rates_at[node])
+    if node + 1 < STAGES:
+        return _ask_node(step, node + 1)
+    outcome, share = _correct(step)
+    if outcome == GOES_ON:
+        return _ask_node(step, 0)
+    if outcome == DIVERGED:
+        step.rate_of_convergence = np.inf
+        step.was_rejected = True  # the error of what is left would ask for a step that fails again
+        return _try_again(step, share)
+    if step.is_fixed:
+        return _finish(step)
+    error = _error(step, step.start)
+    if error >= 1.0 and (step.is_first != 0 or step.was_rejected):
+        # once more from a state behind the transient, which the formula of order 3 does not damp well
+        _put_state(step, step.estimate)
+        step.time_at = step.time
+        return ask(step, Command.RATES, Stage.REFINED)
+    return _judge(step, error)
+
+
+@kernel
+def _begin(step: RadauStep) -> int:
+    """Begin at the start, or behind an event or a sample."""
+    if step.continues and step.differentiated_step > 0.0:
+        # matrices and step are as good as before, but how the last iteration has converged tells nothing of the next
+        step.is_first = HELD_JUMPS
+    else:
+        step.is_first, step.is_wanted, step.has_polynomial = ANEW, True, False
+    step.remaining = 1.0
+    return ask_rates(step, Stage.FIRST)
+
+
+@kernel
+def _take_first(step: RadauStep) -> int:
+    copy(step.slope, step.start)
+    if step.next_step <= 0.0:
+        step.next_step = first_step(step, step.start)
+    clip(step, step.next_step)
+    return Command.START.value
+
+
+@kernel
+def _go_on(step: RadauStep) -> int:
+    """Go on behind an accepted step, and once more when its loops are closed."""
+    if step.stage == Stage.AFTER:
+        step.share_stiffness = step.h**2  # in a metric of masses alone the loops would push stiff modes
+        if step.time >= step.stop:
+            return ask(step, Command.DONE, Stage.AFTER)
+        if step.has_loops:
+            return ask(step, Command.PROJECT, Stage.PROJECTED)
+    if has_jumped(step):
+        # vibrations may begin, which a long step would damp unseen; the Jacobian is that of before
+        step.is_first, step.has_polynomial, step.remaining, step.next_step = ANEW, False, 1.0, 0.0
+    return ask_rates(step, Stage.FIRST)
 
 
 @pointer(ADVANCE)
 def advance_radau(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
-    stage = integers[STAGE]
-    if stage == ITERATING:
-        node = integers[NODE]
-        copy(vectors[SLOPE], vectors[RATES_AT + node])
-        if node + 1 < STAGES:
-            return _ask_node(integers, reals, vectors, table, node + 1)
-        outcome, share = _correct(integers, reals, vectors, table)
-        if outcome == GOES_ON:
-            return _ask_node(integers, reals, vectors, table, 0)
-        if outcome == DIVERGED:
-            reals[RATE_OF_CONVERGENCE] = np.inf
-            integers[WAS_REJECTED] = 1  # the error of what is left would ask for a step that fails again
-            return _try_again(integers, reals, vectors, table, share)
-        if integers[IS_FIXED]:
-            return _finish(integers, reals, vectors)
-        error = _error(integers, reals, vectors, table, vectors[START])
-        if error >= 1.0 and (integers[IS_FIRST] or integers[WAS_REJECTED]):
-            # once more from a state behind the transient, which the formula of order 3 does not damp well
-            at = vectors[AT]
-            for i in range(len(at)):
-                at[i] = vectors[STATE, i] + vectors[ESTIMATE, i]
-            reals[TIME_AT] = reals[TIME]
-            return ask(integers, RATES, REFINED)
-        return _judge(integers, reals, vectors, table, error)
-    if stage == REFINED:
-        return _judge(integers, reals, vectors, table, _error(integers, reals, vectors, table, vectors[SLOPE]))
-    if stage == DIFFERENTIATED:
-        integers[IS_WANTED], integers[IS_FRESH], reals[FACTORED] = 0, 1, 0.0
-        reals[DIFFERENTIATED_STEP] = reals[STEP]
-        return _begin_step(integers, reals, vectors, table)
-    if stage == BEGIN and integers[CONTINUES] and reals[DIFFERENTIATED_STEP] > 0.0:
-        # matrices and step are as good as before, but how the last iteration has converged tells nothing of the next
-        integers[IS_FIRST], reals[REMAINING] = HELD_JUMPS, 1.0
-    elif stage == BEGIN:
-        integers[IS_FIRST], integers[IS_WANTED], integers[HAS_POLYNOMIAL] = ANEW, 1, 0
-        reals[REMAINING] = 1.0
-    if stage == FIRST:
-        copy(vectors[SLOPE], vectors[START])
-        if reals[NEXT_STEP] <= 0.0:
-            reals[NEXT_STEP] = first_step(integers, reals, vectors, vectors[START])
-        clip(integers, reals, reals[NEXT_STEP])
-        return _begin_step(integers, reals, vectors, table)
-    if stage == AFTER:
-        reals[SHARE_STIFFNESS] = reals[STEP] ** 2  # in a metric of masses alone the loops would push stiff modes
-        if reals[TIME] >= reals[STOP]:
-            return ask(integers, DONE, AFTER)
-        if integers[HAS_LOOPS]:
-            return ask(integers, PROJECT, PROJECTED)
-    if stage != BEGIN and has_jumped(integers, reals):
-        # vibrations may begin, which a long step would damp unseen; the Jacobian is that of before
-        integers[IS_FIRST], integers[HAS_POLYNOMIAL], reals[REMAINING], reals[NEXT_STEP] = ANEW, 0, 1.0, 0.0
-    copy(vectors[STATE], vectors[AT])
-    reals[TIME_AT] = reals[TIME]
-    return ask(integers, RATES, FIRST)
+    step = RadauStep(integers, reals, vectors)
+    stage, command = step.stage, Command.START.value
+    if stage == Stage.ITERATING:
+        command = _take_node(step)
+    elif stage == Stage.REFINED:
+        command = _judge(step, _error(step, step.slope))
+    elif stage == Stage.DIFFERENTIATED:
+        step.is_wanted, step.is_fresh, step.factored = False, True, 0.0
+        step.differentiated_step = step.h
+    elif stage == Stage.BEGIN:
+        return _begin(step)
+    elif stage == Stage.FIRST:
+        command = _take_first(step)
+    else:
+        return _go_on(step)
+    return _begin_step(step) if command == Command.START else command

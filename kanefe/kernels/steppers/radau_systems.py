@@ -18,32 +18,8 @@ import numpy as np
 from kanefe.kernels.algebra.lu import factorise, factorise_from_last, solve, solve_from_last
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.steppers.radau_polynomial import EIGENVALUES, FACTORED, FOLLOWED, JACOBIAN_ROWS, ROOM, TURNS
-from kanefe.kernels.steppers.step_commands import (
-    COORDINATES,
-    FACTORISATIONS,
-    MAP,
-    MAP_SIZE,
-    SPEEDS,
-    STATE,
-    STEP,
-    STRAIGHT,
-)
-
-
-@inlined
-def _first_factor(integers: np.ndarray, vectors: np.ndarray) -> int:
-    """Return where among all numbers of the vectors the factors are: m x m real, m pivots, m x m complex, m pivots.
-
-    The Jacobian before them has a row for each speed, internal state, followed or not, and quadrature.
-    """
-    return (JACOBIAN_ROWS + vectors.shape[1] - integers[COORDINATES]) * vectors.shape[1]
-
-
-@inlined
-def _size(integers: np.ndarray) -> int:
-    """Return how many unknowns the systems have: speeds, and states that are followed."""
-    return int(integers[SPEEDS] + integers[FOLLOWED])
+from kanefe.kernels.steppers.moves import STRAIGHT
+from kanefe.kernels.steppers.radau_polynomial import RadauStep
 
 
 @inlined
@@ -60,17 +36,17 @@ def _turned(g: complex, w: np.ndarray, speed: int, a: tuple) -> tuple:
 
 
 @kernel
-def _assemble(integers: np.ndarray, vectors: np.ndarray, g: complex, A: np.ndarray) -> None:
+def _assemble(step: RadauStep, g: complex, A: np.ndarray) -> None:
     """Write ``g - f_u - f_z Z``."""
-    m, size, w = integers[SPEEDS], _size(integers), vectors[TURNS]
+    m, size, w, moves, jacobian = step.speeds, step.unknowns, step.turns, step.moves, step.jacobian
     for i in range(size):
-        by_tangents, by_speeds = vectors[JACOBIAN_ROWS + i, :m], vectors[JACOBIAN_ROWS + i, m : m + size]
+        by_tangents, by_speeds = jacobian[i, :m], jacobian[i, m : m + size]
         for j in range(size):
             A[i, j] = -by_speeds[j]
         A[i, i] += g
-        for row in range(integers[MAP_SIZE]):
-            kind, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 2]
-            if kind == STRAIGHT:
+        for row in range(len(moves)):
+            s = moves[row, 2]
+            if moves[row, 0] == STRAIGHT:
                 A[i, s] -= by_tangents[s] / g
                 continue
             x, y, z = 0.5 * w[s], 0.5 * w[s + 1], 0.5 * w[s + 2]
@@ -82,11 +58,12 @@ def _assemble(integers: np.ndarray, vectors: np.ndarray, g: complex, A: np.ndarr
 
 
 @kernel
-def _tangents(integers: np.ndarray, q: np.ndarray, r: np.ndarray, z: np.ndarray) -> None:
+def _tangents(step: RadauStep, r: np.ndarray, z: np.ndarray) -> None:
     """Write the tangents z of changes r of the coordinates."""
-    for row in range(integers[MAP_SIZE]):
-        kind, at, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], integers[MAP + 3 * row + 2]
-        if kind == STRAIGHT:
+    moves, q = step.moves, step.state
+    for row in range(len(moves)):
+        at, s = moves[row, 1], moves[row, 2]
+        if moves[row, 0] == STRAIGHT:
             z[s] = r[at]
             continue
         e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
@@ -96,12 +73,12 @@ def _tangents(integers: np.ndarray, q: np.ndarray, r: np.ndarray, z: np.ndarray)
 
 
 @kernel
-def _divide(integers: np.ndarray, vectors: np.ndarray, g: complex, r: np.ndarray) -> None:
+def _divide(step: RadauStep, g: complex, r: np.ndarray) -> None:
     """Replace changes r of the coordinates by ``(g - J)^-1 r``, with J of the coordinates alone."""
-    w = vectors[TURNS]
-    for row in range(integers[MAP_SIZE]):
-        kind, at, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], integers[MAP + 3 * row + 2]
-        if kind == STRAIGHT:
+    moves, w = step.moves, step.turns
+    for row in range(len(moves)):
+        at, s = moves[row, 1], moves[row, 2]
+        if moves[row, 0] == STRAIGHT:
             r[at] = r[at] / g
         else:
             turned = _turned(g, w, s, (r[at], r[at + 1], r[at + 2], r[at + 3]))
@@ -109,12 +86,12 @@ def _divide(integers: np.ndarray, vectors: np.ndarray, g: complex, r: np.ndarray
 
 
 @kernel
-def _follow(integers: np.ndarray, vectors: np.ndarray, g: complex, du: np.ndarray, r: np.ndarray) -> None:
+def _follow(step: RadauStep, g: complex, du: np.ndarray, r: np.ndarray) -> None:
     """Add to changes r of the coordinates what changes of the speeds bring, ``(g - J)^-1 T du``."""
-    q, w = vectors[STATE], vectors[TURNS]
-    for row in range(integers[MAP_SIZE]):
-        kind, at, s = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], integers[MAP + 3 * row + 2]
-        if kind == STRAIGHT:
+    moves, q, w = step.moves, step.state, step.turns
+    for row in range(len(moves)):
+        at, s = moves[row, 1], moves[row, 2]
+        if moves[row, 0] == STRAIGHT:
             r[at] += du[s] / g
             continue
         e0, e1, e2, e3 = q[at], q[at + 1], q[at + 2], q[at + 3]
@@ -133,31 +110,23 @@ def _follow(integers: np.ndarray, vectors: np.ndarray, g: complex, du: np.ndarra
 
 
 @kernel
-def _solve(
-    integers: np.ndarray,
-    vectors: np.ndarray,
-    g: complex,
-    A: np.ndarray,
-    pivots: np.ndarray,
-    z: np.ndarray,
-    r: np.ndarray,
-) -> None:
-    """Replace r, of the length of the state, by ``(g - J)^-1 r``; A holds factors, z is workspace."""
-    n, m, size = integers[COORDINATES], integers[SPEEDS], _size(integers)
-    q, du = vectors[STATE], r[n : n + size]
-    _divide(integers, vectors, g, r)
-    _tangents(integers, q, r, z)
+def _solve(step: RadauStep, g: complex, factors: tuple[np.ndarray, np.ndarray], z: np.ndarray, r: np.ndarray) -> None:
+    """Replace r, of the length of the state, by ``(g - J)^-1 r``; z is workspace."""
+    n, m, size, jacobian, (A, pivots) = step.coordinates, step.speeds, step.unknowns, step.jacobian, factors
+    du = r[n : n + size]
+    _divide(step, g, r)
+    _tangents(step, r, z)
     for i in range(size):
         for j in range(m):
-            du[i] += vectors[JACOBIAN_ROWS + i, j] * z[j]
-    if integers[FOLLOWED] > 0:
+            du[i] += jacobian[i, j] * z[j]
+    if step.followed > 0:
         solve_from_last(A, pivots, du)
     else:
         solve(A, pivots, du)
-    _follow(integers, vectors, g, du, r)
-    _tangents(integers, q, r, z)
+    _follow(step, g, du, r)
+    _tangents(step, r, z)
     for i in range(size, len(r) - n):  # quadratures, and states that stay
-        row = vectors[JACOBIAN_ROWS + i]
+        row = jacobian[i]
         total = r[n + i]
         for j in range(m):
             total += row[j] * z[j]
@@ -166,52 +135,49 @@ def _solve(
         r[n + i] = total / g
 
 
+@inlined
+def _complex_factors(step: RadauStep) -> tuple[np.ndarray, np.ndarray]:
+    """Return the matrix of the factors and their pivots."""
+    numbers = step.complex_factors.reshape(-1).view(np.complex128)
+    return numbers.reshape(step.unknowns, step.unknowns), step.complex_pivots
+
+
 @kernel
-def factorise_systems(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> bool:
+def _factorised(step: RadauStep, g: complex, factors: tuple[np.ndarray, np.ndarray]) -> bool:
+    """Make the factors of ``g - J``; return whether there are any."""
+    A, pivots = factors
+    _assemble(step, g, A)
+    if step.followed > 0:
+        return factorise_from_last(A, pivots, step.speeds)
+    return factorise(A, pivots)
+
+
+@kernel
+def factorise_systems(step: RadauStep) -> bool:
     """Make the factors for the step; return whether there are any."""
-    n, border, m, h = integers[COORDINATES], integers[SPEEDS], _size(integers), reals[STEP]
-    copy(vectors[STATE, n : n + border], vectors[TURNS, :border])
-    memory = vectors.reshape(-1)[_first_factor(integers, vectors) :]
-    A = memory[: m * m].reshape(m, m)
-    _assemble(integers, vectors, table[EIGENVALUES, 0] / h, A)
-    if integers[FOLLOWED] > 0:
-        is_regular = factorise_from_last(A, memory[m * m :], border)
-    else:
-        is_regular = factorise(A, memory[m * m :])
-    memory = memory[m * m + m :]
-    B = memory[: 2 * m * m].view(np.complex128).reshape(m, m)
-    _assemble(integers, vectors, complex(table[EIGENVALUES, 1] / h, table[EIGENVALUES, 2] / h), B)
-    if integers[FOLLOWED] > 0:
-        is_regular = factorise_from_last(B, memory[2 * m * m :], border) and is_regular
-    else:
-        is_regular = factorise(B, memory[2 * m * m :]) and is_regular
-    integers[FACTORISATIONS] += 1
-    reals[FACTORED] = h if is_regular else 0.0
+    n, h = step.coordinates, step.h
+    copy(step.state[n : n + step.speeds], step.turns)
+    is_regular = _factorised(step, step.gamma / h, (step.factors, step.pivots))
+    g = complex(step.alpha / h, step.beta / h)
+    is_regular = _factorised(step, g, _complex_factors(step)) and is_regular
+    step.factorisations += 1
+    step.factored = h if is_regular else 0.0
     return is_regular
 
 
 @kernel
-def solve_real(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, r: np.ndarray) -> None:
+def solve_real(step: RadauStep, r: np.ndarray) -> None:
     """Replace r by the solution of the real system."""
-    m = _size(integers)
-    memory, g = vectors.reshape(-1)[_first_factor(integers, vectors) :], table[EIGENVALUES, 0] / reals[FACTORED]
-    z = vectors[ROOM + 2, : integers[SPEEDS]]
-    _solve(integers, vectors, g, memory[: m * m].reshape(m, m), memory[m * m :], z, r)
+    _solve(step, step.gamma / step.factored, (step.factors, step.pivots), step.tangents[: step.speeds], r)
 
 
 @kernel
-def solve_complex(
-    integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray, a: np.ndarray, b: np.ndarray
-) -> None:
+def solve_complex(step: RadauStep, a: np.ndarray, b: np.ndarray) -> None:
     """Replace ``a + i b`` by the solution of the complex system."""
-    m, size = _size(integers), len(a)
-    memory = vectors.reshape(-1)[_first_factor(integers, vectors) + m * m + m :]
-    g = complex(table[EIGENVALUES, 1] / reals[FACTORED], table[EIGENVALUES, 2] / reals[FACTORED])
-    B = memory[: 2 * m * m].view(np.complex128).reshape(m, m)
-    r = vectors[ROOM : ROOM + 2].reshape(-1).view(np.complex128)
-    z = vectors[ROOM + 2, : 2 * integers[SPEEDS]].view(np.complex128)
-    for i in range(size):
+    g = complex(step.alpha / step.factored, step.beta / step.factored)
+    r, z = step.room.view(np.complex128), step.tangents.view(np.complex128)
+    for i in range(len(a)):
         r[i] = complex(a[i], b[i])
-    _solve(integers, vectors, g, B, memory[2 * m * m :], z, r)
-    for i in range(size):
+    _solve(step, g, _complex_factors(step), z, r)
+    for i in range(len(a)):
         a[i], b[i] = r[i].real, r[i].imag

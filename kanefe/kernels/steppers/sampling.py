@@ -10,26 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.algebra.vectors import copy
+from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
-from kanefe.kernels.steppers.step_commands import (
-    CONTINUES,
-    DONE,
-    PROJECT,
-    SAMPLE,
-    SHARE_STIFFNESS,
-    SMALLEST,
-    STATE,
-    STOP,
-    STORED,
-    TIME,
-    TO_EVENT,
-    Run,
-    begin_at,
-)
+from kanefe.kernels.steppers.step_commands import Command, Run, begin_at, is_finite, step_of
+from kanefe.kernels.values.records import Record, Rows
 
 END_SHARE = 1e-9
 """Time between a sample and the end of a run, relative to the sampling interval, below which the sample is skipped."""
@@ -40,32 +28,43 @@ FEW_SAMPLES = 3
 ULPS = 16.0 * np.finfo(float).eps
 """Smallest step relative to a time."""
 
-# Columns of `Samples.controllers`. Sample k whose drives act later has the row FIRST_LATE + k % LATE_ROOM of `late`.
-(
-    FIRST_READ,
-    READS,
-    FIRST_DRIVE,
-    DRIVES,
-    FIRST_MEMORY,
-    ADDRESS,
-    COUNT,
-    FIRST_LATE,
-    LATE_ROOM,
-    LATE_DONE,
-    ROW,
-    FIRST_CHANGE,
-) = range(12)
 
-# Columns of `Samples.times`: the first sample, the time between samples, the delay (all in s), and by which factor a
-# drive may change more than at first before Python looks at it
-START, EVERY, DELAY, LEVEL = range(4)
+class Sampled(Record):
+    """A controller. Its sample k whose drives act later has the row ``first_late + k % late_room`` of `late`."""
 
-# Places in `Samples.progress`: the controller whose function is next, -1 where nothing is sampled; rows of the log and
-# of `acted`; whether a drive has changed by more than LEVEL; whether the loops are closed where a sample is due
-ASKED, LOGGED, ACTED, IS_ALARMED, IS_CLOSED = range(5)
+    first_read: int
+    reads: int
+    first_drive: int
+    drives: int
+    first_memory: int
+    address: int  # of its function; 0: that is in Python
+    count: int  # samples taken
+    first_late: int
+    late_room: int
+    late_done: int
+    row: int  # of the log, of the sample that is being taken; below zero without
+    first_change: int  # row of `changes`
+    start: float  # s
+    every: float
+    delay: float
+    level: float  # by which factor a drive may change more than at first before Python looks at it
 
-# Places in `Samples.limits`: the end of the run, and the time difference below which samples are simultaneous, s
-END, TOGETHER = range(2)
+
+class Controllers(Rows[Sampled]):
+    """All controllers."""
+
+
+class Progress(Record):
+    """How far sampling has come."""
+
+    asked: int  # the controller whose function is next, -1 where nothing is sampled
+    logged: int  # rows of the log and of `acted`
+    acted: int
+    is_alarmed: bool  # a drive has changed by more than its level
+    is_closed: bool  # the loops where a sample is due
+    end: float  # of the run, s
+    together: float  # time difference below which samples are simultaneous, s
+
 
 # Columns of the log: the controller, the time, and from here on what it read, then its drives
 BY, AT_TIME, VALUES = range(3)
@@ -77,11 +76,11 @@ class Samples(NamedTuple):
     Attributes
     ----------
     controllers : ndarray of int
-        A row each, with the columns above.
     times : ndarray
-        Likewise.
+        Of `Controllers`.
     progress : ndarray of int
     limits : ndarray
+        Of `Progress`.
     read_at : ndarray of int, shape (reads + 1,)
         Where the terms of each reading begin.
     read_of : ndarray of int
@@ -122,97 +121,121 @@ class Samples(NamedTuple):
     factors: Reals
 
 
+@inlined
+def controllers_of(samples: Samples) -> Controllers:
+    """Return the controllers."""
+    return Controllers(samples.controllers, samples.times)
+
+
+@inlined
+def progress_of(samples: Samples) -> Progress:
+    """Return how far sampling has come."""
+    return Progress(samples.progress, samples.limits)
+
+
+@inlined
+def _late_row(own: Sampled, sample: int) -> int:
+    """Return the row of the drives of a sample."""
+    return own.first_late + sample % own.late_room
+
+
 @kernel
 def next_sample(samples: Samples) -> float:
     """Return when the next sample is, or drives begin to act, s; the end of the run if there is none before."""
-    found = samples.limits[END]
-    for c in range(len(samples.controllers)):
-        own, times = samples.controllers[c], samples.times[c]
-        t = times[START] + own[COUNT] * times[EVERY]
-        if t < samples.limits[END] - END_SHARE * times[EVERY]:
+    controllers, end = controllers_of(samples), progress_of(samples).end
+    found = end
+    for c in range(len(controllers)):
+        own = controllers[c]
+        t = own.start + own.count * own.every
+        if t < end - END_SHARE * own.every:
             found = min(found, t)
-        if own[LATE_DONE] < own[COUNT]:
-            found = min(found, samples.late[own[FIRST_LATE] + own[LATE_DONE] % own[LATE_ROOM], 0])
+        if own.late_done < own.count:
+            found = min(found, samples.late[_late_row(own, own.late_done), 0])
     return found
 
 
 @kernel
 def go_on_sampling(samples: Samples, t: float, y: np.ndarray) -> int:
     """Do what is due at a time; return the controller whose function Python has to call, -1: all is done, in y too."""
-    progress, log, drives_at = samples.progress, samples.log, samples.drives_at
-    if progress[ASKED] < 0:  # all read what was before any of them drove
-        for c in range(len(samples.controllers)):
+    progress, controllers = progress_of(samples), controllers_of(samples)
+    if progress.asked < 0:  # all read what was before any of them drove
+        for c in range(len(controllers)):
             _read(samples, c, t, y)
-        progress[ASKED] = 0
-    while progress[ASKED] < len(samples.controllers):
-        own = samples.controllers[progress[ASKED]]
-        if own[ROW] >= 0:
-            if own[ADDRESS] == 0:
-                return progress[ASKED]
-            drives = log[own[ROW]][drives_at:]
-            call_address(own[ADDRESS], (t, log[own[ROW]][VALUES:], samples.memory[own[FIRST_MEMORY] :], drives))
-            for i in range(own[DRIVES]):
-                if not abs(drives[i]) < np.inf:
-                    return progress[ASKED]
-        progress[ASKED] += 1
-    for c in range(len(samples.controllers)):
-        _drive(samples, c, t, y)
-    samples.acted[progress[ACTED], 0] = t
+        progress.asked = 0
+    while progress.asked < len(controllers):
+        if not _has_called(samples, controllers[progress.asked], t):
+            return progress.asked
+        progress.asked += 1
+    for c in range(len(controllers)):
+        _drive(samples, controllers[c], t, y)
+    samples.acted[progress.acted, 0] = t
     for i in range(samples.acted.shape[1] - 1):
-        samples.acted[progress[ACTED], 1 + i] = y[samples.first_state + i]
-    progress[ACTED] += 1
-    progress[ASKED] = -1
+        samples.acted[progress.acted, 1 + i] = y[samples.first_state + i]
+    progress.acted += 1
+    progress.asked = -1
     return -1
+
+
+@kernel
+def _has_called(samples: Samples, own: Sampled, t: float) -> bool:
+    """Call the function of a controller whose sample is due; return whether that was possible and gave numbers."""
+    if own.row < 0:
+        return True
+    if own.address == 0:
+        return False
+    row = samples.log[own.row]
+    drives = row[samples.drives_at :]
+    call_address(own.address, (t, row[VALUES:], samples.memory[own.first_memory :], drives))
+    return is_finite(drives[: own.drives])
 
 
 @kernel
 def _read(samples: Samples, c: int, t: float, y: np.ndarray) -> None:
     """Begin a row of the log with what a controller reads, if its sample is due."""
-    own, times, progress = samples.controllers[c], samples.times[c], samples.progress
-    at = times[START] + own[COUNT] * times[EVERY]
-    own[ROW] = -1
-    if at > t + samples.limits[TOGETHER] or at >= samples.limits[END] - END_SHARE * times[EVERY]:
+    own, progress = controllers_of(samples)[c], progress_of(samples)
+    at = own.start + own.count * own.every
+    own.row = -1
+    if at > t + progress.together or at >= progress.end - END_SHARE * own.every:
         return
-    own[ROW] = progress[LOGGED]
-    progress[LOGGED] += 1
-    row = samples.log[own[ROW]]
+    own.row = progress.logged
+    progress.logged += 1
+    row = samples.log[own.row]
     row[BY], row[AT_TIME] = c, t
-    for i in range(own[READS]):
+    for i in range(own.reads):
         found = 0.0
-        for k in range(samples.read_at[own[FIRST_READ] + i], samples.read_at[own[FIRST_READ] + i + 1]):
+        for k in range(samples.read_at[own.first_read + i], samples.read_at[own.first_read + i + 1]):
             found += samples.read_by[k] * y[samples.read_of[k]]
         row[VALUES + i] = found
 
 
 @kernel
-def _drive(samples: Samples, c: int, t: float, y: np.ndarray) -> None:
+def _drive(samples: Samples, own: Sampled, t: float, y: np.ndarray) -> None:
     """Write the drives of a controller that begin to act, and keep those that do so later."""
-    own, times, late = samples.controllers[c], samples.times[c], samples.late
-    first = own[FIRST_DRIVE]
-    while own[LATE_DONE] < own[COUNT]:
-        waiting = late[own[FIRST_LATE] + own[LATE_DONE] % own[LATE_ROOM]]
-        if waiting[0] > t + samples.limits[TOGETHER]:
+    late, first, progress = samples.late, own.first_drive, progress_of(samples)
+    while own.late_done < own.count:
+        waiting = late[_late_row(own, own.late_done)]
+        if waiting[0] > t + progress.together:
             break
-        for i in range(own[DRIVES]):
+        for i in range(own.drives):
             y[first + i] = waiting[1 + i]
-        own[LATE_DONE] += 1
-    if own[ROW] < 0:
+        own.late_done += 1
+    if own.row < 0:
         return
-    given, waiting = samples.log[own[ROW]][samples.drives_at :], late[own[FIRST_LATE] + own[COUNT] % own[LATE_ROOM]]
-    for i in range(own[DRIVES]):
-        seen = samples.changes[own[FIRST_CHANGE] + i]
-        change = abs(given[i] - seen[0]) if own[COUNT] > 0 else 0.0
-        if own[COUNT] <= FEW_SAMPLES or seen[1] == 0.0:
+    given, waiting = samples.log[own.row][samples.drives_at :], late[_late_row(own, own.count)]
+    for i in range(own.drives):
+        seen = samples.changes[own.first_change + i]
+        change = abs(given[i] - seen[0]) if own.count > 0 else 0.0
+        if own.count <= FEW_SAMPLES or seen[1] == 0.0:
             seen[1] = max(seen[1], change)
-        elif change >= times[LEVEL] * seen[1]:
-            samples.progress[IS_ALARMED] = 1
+        elif change >= own.level * seen[1]:
+            progress.is_alarmed = True
         seen[0] = waiting[1 + i] = given[i]
-        if times[DELAY] == 0.0:
+        if own.delay == 0.0:
             y[first + i] = given[i]
-    waiting[0] = t + times[DELAY]
-    own[COUNT] += 1
-    if times[DELAY] == 0.0:
-        own[LATE_DONE] = own[COUNT]
+    waiting[0] = t + own.delay
+    own.count += 1
+    if own.delay == 0.0:
+        own.late_done = own.count
 
 
 @entry()
@@ -223,7 +246,7 @@ def sample_at(samples: Samples, t: float, y: Reals) -> int:
 
 @entry()
 def pass_samples(
-    going: Prepared, command_at: int, samples: Samples, closing: ClosingCall, inputs: Reals, run: Run, vectors: RealRows
+    going: Prepared, command_at: int, samples: Samples, closing: ClosingCall, inputs: Reals, run: Run
 ) -> int:
     """Continue with a run over its samples, until one needs Python, or as `integrate` does.
 
@@ -239,39 +262,44 @@ def pass_samples(
     inputs : ndarray
         Values of loads.
     run : Run
-    vectors : ndarray, shape (vectors of the method, state)
 
     Returns
     -------
     int
-        What the method wants; SAMPLE: the function ASKED is to be called, and if that is -1, the log to be emptied.
+        What the method wants; SAMPLE: a function is to be called, and if none is asked for, the log to be emptied.
     """
-    reals, y, progress, most = run.reals, vectors[STATE], samples.progress, len(samples.controllers)
+    step, progress, most = step_of(run), progress_of(samples), len(samples.controllers)
     while True:
-        if progress[ASKED] < 0:
+        if progress.asked < 0:
             target = next_sample(samples)
-            if target > reals[TIME] or reals[TIME] >= samples.limits[END]:
-                reals[STOP], reals[SMALLEST] = target, max(reals[SMALLEST], ULPS * abs(target))
+            if target > step.time or step.time >= progress.end:
+                step.stop, step.smallest = target, max(step.smallest, ULPS * abs(target))
                 call_address(going.address, (going.places, going.numbers))
                 command = int(going.numbers[command_at])
-                if command != DONE or reals[TIME] >= samples.limits[END]:
+                if command != Command.DONE or step.time >= progress.end:
                     return command
-            if progress[LOGGED] + most > len(samples.log) or progress[ACTED] == len(samples.acted):
-                return SAMPLE
-            if closing.has_loops and progress[IS_CLOSED] == 0:
-                progress[IS_CLOSED] = 1
-                if not close_at(closing, reals[TIME], reals[SHARE_STIFFNESS], y):
-                    return PROJECT
-        if go_on_sampling(samples, reals[TIME], y) >= 0:
-            return SAMPLE
-        progress[IS_CLOSED], reals[TO_EVENT] = 0, np.inf
-        begin_at(run.integers, reals, reals[TIME])
-        run.integers[CONTINUES] = 1
-        for i in range(len(samples.held)):
-            inputs[samples.held[i, 0]] = samples.factors[i] * y[samples.held[i, 1]]
-        stored = run.integers[STORED]
-        if stored > 0 and run.times[stored - 1] == reals[TIME]:
-            for i in range(len(y)):
-                run.states[stored - 1, i] = y[i]
-        if progress[IS_ALARMED] != 0:
-            return SAMPLE
+            if progress.logged + most > len(samples.log) or progress.acted == len(samples.acted):
+                return Command.SAMPLE.value
+            if closing.has_loops and not progress.is_closed:
+                progress.is_closed = True
+                if not close_at(closing, step.time, step.share_stiffness, step.state):
+                    return Command.PROJECT.value
+        if go_on_sampling(samples, step.time, step.state) >= 0:
+            return Command.SAMPLE.value
+        _go_on_behind(samples, inputs, run)
+        if progress.is_alarmed:
+            return Command.SAMPLE.value
+
+
+@kernel
+def _go_on_behind(samples: Samples, inputs: np.ndarray, run: Run) -> None:
+    """Let a run go on with other drives."""
+    step, held = step_of(run), samples.held
+    y, stored = step.state, step.stored
+    progress_of(samples).is_closed, step.to_event = False, np.inf
+    begin_at(step, step.time)
+    step.continues = True
+    for i in range(len(held)):
+        inputs[held[i, 0]] = samples.factors[i] * y[held[i, 1]]
+    if stored > 0 and run.times[stored - 1] == step.time:
+        copy(y, run.states[stored - 1])

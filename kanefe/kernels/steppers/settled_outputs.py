@@ -13,57 +13,29 @@ one linearly implicit evaluation. Only elastic coordinates move; joints close th
 
 from __future__ import annotations
 
+from enum import IntEnum
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import RealRows
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.evaluation.bending import watch_bends
+from kanefe.kernels.steppers.breakpoints import stay_on_side
 from kanefe.kernels.steppers.force_scales import put_force_scales
-from kanefe.kernels.steppers.step_commands import (
-    ACCEPTED,
-    AT,
-    BENDS,
-    BREAKPOINTS,
-    COORDINATES,
-    DAMPING_DIRECTION,
-    ELASTIC,
-    EVALUATIONS,
-    HAS_LOOPS,
-    IMPLICIT,
-    IS_FIXED,
-    LARGE,
-    LOOKS_FOR_JUMPS,
-    MAP,
-    MAP_SIZE,
-    OF_FORCES,
-    RELATIVE,
-    SETTLE,
-    SETTLES,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    SLOPE,
-    SPEEDS,
-    STATE_OLD,
-    STEP,
-    STEPS,
-    STIFFNESS_DIRECTION,
-    STORED,
-    STRAIGHT,
-    TIME,
-    TIME_AT,
-    TIME_OLD,
-    WAITING,
-    Run,
-    await_output,
-    stay_on_side,
-    watch_steps,
-)
+from kanefe.kernels.steppers.moves import STRAIGHT
+from kanefe.kernels.steppers.step_commands import Command, Run, await_output, step_of, watch_steps
 from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
 
-NOT_SETTLED, IS_SETTLING, IS_ASKED, IS_MOVED = range(4)
-"""Values of SETTLES: outputs stay as they are; they are settled; one has been evaluated for it; and has been moved."""
+
+class Settling(IntEnum):
+    """How far an output is settled."""
+
+    NOT = 0  # outputs stay as they are
+    SOME = 1  # they are settled
+    ASKED = 2  # one has been evaluated for it
+    MOVED = 3  # and has been moved
+
 
 PROMISED = 10.0
 """Error of a state that a run promises, relative to what its tolerance allows a step. Fixed steps have no tolerance."""
@@ -77,98 +49,114 @@ DIFFERENCE = 1e-3
 
 
 @kernel
-def go_on(run: Run, vectors: np.ndarray) -> int:
+def go_on(run: Run) -> int:
     """Return the next command of a method that is not an accepted step with more to come; write the outputs passed.
 
     Of a method whose outputs are to be settled, SETTLE and IMPLICIT come in between.
     """
-    integers, reals, clock = run.integers, run.reals, run.clock
+    step, clock = step_of(run), run.clock
     if clock[CLOCK] != 0 and clock[LAST_LOOK] == 0:
         look_at_clock(clock, False)
     while True:
-        if integers[WAITING] > 0:
-            if integers[SETTLES] == IS_ASKED:
-                _take_settled(run, vectors)
-                if integers[HAS_LOOPS]:
-                    return SETTLE
-            if integers[SETTLES] == IS_MOVED:
-                integers[WAITING] -= 1
-                integers[SETTLES] = IS_SETTLING
-            if integers[WAITING] > 0:
-                return _ask_settled(run, vectors)
+        if step.waiting > 0:
+            command = _settle(run)
         else:
-            command = run.advance(integers, reals, vectors, run.table)
-            if command != ACCEPTED:
-                if integers[BREAKPOINTS] > 0:
-                    stay_on_side(integers, reals)
+            command = run.advance(run.integers, run.reals, run.vectors, run.table)
+            if command != Command.ACCEPTED:
+                stay_on_side(step)
                 return command
-            if clock[CLOCK] != 0:
-                look_at_clock(clock, True)
-            if integers[BENDS] > 0:  # where the step began: what it went past an event with has not been
-                watch_bends(integers[integers[BENDS] :], reals, reals[TIME_OLD], vectors[STATE_OLD])
-            if reals[OF_FORCES] > 0.0:
-                put_force_scales(integers, reals, vectors)
-            if integers[LOOKS_FOR_JUMPS] > 0:
-                watch_steps(integers, reals, vectors)
-            first = stored = integers[STORED]
-            while stored < len(run.times) and run.times[stored] <= reals[TIME]:
-                run.interpolate(integers, reals, vectors, run.table, run.times[stored], run.states[stored])
-                stored += 1
-            integers[STORED] = stored
-            await_output(run)
-            if integers[SETTLES] != NOT_SETTLED and stored > first:
-                integers[WAITING], reals[SHARE_STIFFNESS] = stored - first, (SETTLED_OVER * reals[STEP]) ** 2
-                if integers[HAS_LOOPS]:
-                    return SETTLE
-                continue
-        if integers[STORED] == len(run.times) or integers[STEPS] >= run.most_steps:
-            return ACCEPTED
+            command = _take_step(run)
+        if command != Command.ACCEPTED:
+            return command
+        is_done = step.stored == len(run.times) or step.steps >= run.most_steps
+        if is_done and step.waiting == 0:
+            return command
 
 
 @kernel
-def _ask_settled(run: Run, vectors: np.ndarray) -> int:
+def _settle(run: Run) -> int:
+    """Return what is wanted to settle the outputs that wait; ACCEPTED when all are."""
+    step = step_of(run)
+    if step.settles == Settling.ASKED:
+        _take_settled(run)
+        if step.has_loops:
+            return Command.SETTLE.value
+    if step.settles == Settling.MOVED:
+        step.waiting -= 1
+        step.settles = Settling.SOME
+    return _ask_settled(run) if step.waiting > 0 else Command.ACCEPTED.value
+
+
+@kernel
+def _take_step(run: Run) -> int:
+    """Watch a step that has been accepted, and write its outputs; return SETTLE where their loops are to be closed."""
+    step, clock = step_of(run), run.clock
+    if clock[CLOCK] != 0:
+        look_at_clock(clock, True)
+    if step.bend_count > 0:  # where the step began: what it went past an event with has not been
+        watch_bends(step.bends, run.reals, step.time_old, step.state_old)
+    if step.of_forces > 0.0:
+        put_force_scales(step)
+    if step.looks_for_jumps:
+        watch_steps(step)
+    first = stored = step.stored
+    while stored < len(run.times) and run.times[stored] <= step.time:
+        run.interpolate(run.integers, run.reals, run.vectors, run.table, run.times[stored], run.states[stored])
+        stored += 1
+    step.stored = stored
+    await_output(run)
+    if step.settles != Settling.NOT and stored > first:
+        step.waiting, step.share_stiffness = stored - first, (SETTLED_OVER * step.h) ** 2
+        if step.has_loops:
+            return Command.SETTLE.value
+    return Command.ACCEPTED.value
+
+
+@kernel
+def _ask_settled(run: Run) -> int:
     """Ask for the evaluation of the first output that waits, its loops closed, with pushes by its accelerations."""
-    integers, reals, number = run.integers, run.reals, run.integers[STORED] - run.integers[WAITING]
-    t, h, n, square = run.times[number], reals[STEP], integers[COORDINATES], reals[SHARE_STIFFNESS]
-    before, behind = vectors[AT], vectors[SLOPE]
-    run.interpolate(integers, reals, vectors, run.table, t - DIFFERENCE * h, before)
-    run.interpolate(integers, reals, vectors, run.table, t + DIFFERENCE * h, behind)
-    for i in range(n, n + integers[SPEEDS]):
-        change = (behind[i] - before[i]) / (2.0 * DIFFERENCE)
-        vectors[DAMPING_DIRECTION, i], vectors[STIFFNESS_DIRECTION, i] = 0.0, square / h * change
-    copy(run.states[number], vectors[AT])
-    reals[TIME_AT], reals[SHARE_DAMPING] = t, 0.0
-    integers[SETTLES] = IS_ASKED
-    integers[EVALUATIONS] += 1
-    return IMPLICIT
+    step = step_of(run)
+    number, before, behind = step.stored - step.waiting, step.at, step.slope
+    t, h, n, square = run.times[number], step.h, step.coordinates, step.share_stiffness
+    run.interpolate(run.integers, run.reals, run.vectors, run.table, t - DIFFERENCE * h, before)
+    run.interpolate(run.integers, run.reals, run.vectors, run.table, t + DIFFERENCE * h, behind)
+    by_damping, by_stiffness = step.damping_direction, step.stiffness_direction
+    for i in range(n, n + step.speeds):
+        by_damping[i], by_stiffness[i] = 0.0, square / h * ((behind[i] - before[i]) / (2.0 * DIFFERENCE))
+    copy(run.states[number], before)
+    step.time_at, step.share_damping, step.settles = t, 0.0, Settling.ASKED
+    step.evaluations += 1
+    return Command.IMPLICIT.value
 
 
 @kernel
-def _take_settled(run: Run, vectors: np.ndarray) -> None:
+def _take_settled(run: Run) -> None:
     """Move the elastic coordinates of the output that was evaluated.
 
     It stays as it is where one would move by more than the error that is promised: then a force jumps there, or there
     are no numbers.
     """
-    integers, reals, n = run.integers, run.reals, run.integers[COORDINATES]
-    state = run.states[integers[STORED] - integers[WAITING]]
-    pushed, square, farthest = vectors[STIFFNESS_DIRECTION], reals[SHARE_STIFFNESS], 0.0
+    step = step_of(run)
+    n, state, moves, elastic = step.coordinates, run.states[step.stored - step.waiting], step.moves, step.elastic
+    pushed, slope, large, square, farthest = (
+        step.stiffness_direction, step.slope, step.large, step.share_stiffness, 0.0
+    )  # fmt: skip
     for is_moved in range(2):
-        for row in range(integers[MAP_SIZE]):
-            kind, at, i = integers[MAP + 3 * row], integers[MAP + 3 * row + 1], n + integers[MAP + 3 * row + 2]
-            if kind == STRAIGHT and vectors[ELASTIC, i] != 0.0:
-                change = square * vectors[SLOPE, i] - pushed[i]
+        for row in range(len(moves)):
+            at, i = moves[row, 1], n + moves[row, 2]
+            if moves[row, 0] == STRAIGHT and elastic[i] != 0.0:
+                change = square * slope[i] - pushed[i]
                 if is_moved == 1:
                     state[at] += change
                     continue
-                allowed = PROMISED * (vectors[LARGE, at] + reals[RELATIVE] * abs(state[at]))
+                allowed = PROMISED * (large[at] + step.relative * abs(state[at]))
                 farthest = max(farthest, abs(change) / allowed if abs(change) < np.inf else np.inf)
-        if farthest > 1.0 and not (integers[IS_FIXED] and farthest < np.inf):
+        if farthest > 1.0 and not (step.is_fixed and farthest < np.inf):
             break
-    integers[SETTLES] = IS_MOVED
+    step.settles = Settling.MOVED
 
 
 @entry()
-def next_command(run: Run, vectors: RealRows) -> int:
+def next_command(run: Run) -> int:
     """Return the next command of a method, for a loop in Python: see `go_on`."""
-    return go_on(run, vectors)
+    return go_on(run)

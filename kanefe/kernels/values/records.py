@@ -39,6 +39,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator
+from copy import copy
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
@@ -381,7 +382,7 @@ class Record:
         cls.fields = dict(cls.fields)
         start, pool, before = cls._open  # what it adds to the parts of another record lies behind these
         for name, hint in inspect.get_annotations(cls, eval_str=True).items():
-            kind = hint.__metadata__[0] if hasattr(hint, "__metadata__") else hint
+            kind = copy(hint.__metadata__[0]) if hasattr(hint, "__metadata__") else hint
             if hasattr(Record, name):
                 raise TypeError(f"{cls.__name__}.{name}: records themselves have something of this name")
             cls.fields[name] = field = Field(name, kind, cls.__name__)
@@ -481,6 +482,11 @@ def column(record: type[Record], name: str) -> int:
     """Return the first column of a field, in the array that has it."""
     field = record.fields[name]
     return field.integer_at if field.is_whole else field.number_at
+
+
+def place(record: Record, name: str) -> int:
+    """Return where a part of a record begins in its pool."""
+    return int(record.fields[name].kind.place(record.__getattribute__))
 
 
 def room(record: type[Record], start: str, **whole: int) -> int:

@@ -20,7 +20,7 @@ from kanefe.kernels.constraints.contact_margins import MARGINS as MARGIN_COUNT
 from kanefe.kernels.constraints.contact_margins import Watched
 from kanefe.kernels.constraints.loop_tables import rows_of
 from kanefe.kernels.contact.rigid_points import STATUS
-from kanefe.kernels.events.watched_run import BOUND, BOUND_CHANGES
+from kanefe.kernels.events.watched_run import Does
 from kanefe.kernels.impacts.contact_questions import LIFT, MARGINS, SLIP, START, STICK, TOUCH
 from kanefe.literal.route import LiteralRoute, powers, state_rates
 from kanefe.order_n.contact_changing import decider_of
@@ -243,7 +243,7 @@ def test_runs_over_impacts_are_those_with_events_in_python(name, method, monkeyp
     compiled = scene().simulate((0.0, stop), **options)
     assert not asked
     monkeypatch.setattr(
-        event_search, "kind_for_kernels", lambda event: BOUND if kind(event) == BOUND_CHANGES else kind(event)
+        event_search, "kind_for_kernels", lambda event: Does.BOUND if kind(event) == Does.BOUND_CHANGES else kind(event)
     )
     in_python = scene().simulate((0.0, stop), **options)
     assert len(asked) > 3

@@ -17,8 +17,7 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl, Stepper
 from kanefe.kane.energy import momenta
 from kanefe.kane.state import State
-from kanefe.kernels.steppers import step_commands as stepping
-from kanefe.kernels.steppers.step_commands import AT
+from kanefe.kernels.steppers.step_commands import Run
 from order_n_rates import order_n
 from run_scenes import check_snapshot
 from scenes import lattice_body, random_inertia, random_state
@@ -181,28 +180,24 @@ def test_the_balance_is_that_of_the_literal_route(make: Callable[[], Model]) -> 
     n, m = model.coordinate_count, model.free_count
     q, u = random_state(model, 1)
     run = stepper(model, 1.0, 0.1)
-    memory = run.snapshot()
-    integers, reals, vectors = memory["integers"], memory["reals"], memory["vectors"]
-    vectors[AT, : n + m] = np.concatenate((q, u))
-    given = stepping.Run(
-        None, None, integers, reals, np.zeros((1, 1)), np.zeros(0), np.zeros((0, 0)), 0, np.zeros(1, int)
-    )
-    order_n(model).balance(given, vectors)
+    step, arrays = run.step, (run.integers, run.reals, run.vectors, np.zeros((1, 1)))
+    step.at[: n + m] = np.concatenate((q, u))
+    order_n(model).balance(Run(None, None, *arrays, np.zeros(0), np.zeros((0, 0)), 0, np.zeros(1, int)))
     energy = model.energy(0.0, np.concatenate((q, u)))
-    assert reals[stepping.ENERGY] == pytest.approx(energy.total, rel=1e-12)
-    assert reals[stepping.KINETIC] == pytest.approx(energy.kinetic, rel=1e-12)
-    if not integers[stepping.KEEPS_MOMENTA]:
+    assert step.energy == pytest.approx(energy.total, rel=1e-12)
+    assert step.kinetic == pytest.approx(energy.kinetic, rel=1e-12)
+    if not step.keeps_momenta:
         return
     linear, angular = momenta(State(model, 0.0, q, u))
-    centre = reals[stepping.CENTRE : stepping.CENTRE + 3]
-    np.testing.assert_allclose(reals[stepping.MOMENTUM : stepping.MOMENTUM + 3], linear, rtol=0, atol=1e-12)
+    centre = np.array([*step.centre])
+    np.testing.assert_allclose([*step.momentum], linear, rtol=0, atol=1e-12)
     about_centre = angular - np.cross(centre, linear)
-    np.testing.assert_allclose(reals[stepping.SPIN : stepping.SPIN + 3], about_centre, rtol=0, atol=1e-12)
+    np.testing.assert_allclose([*step.spin], about_centre, rtol=0, atol=1e-12)
     # the rows are rigid motions: their kinetic energies are those of the mass and of the inertia about its centre
-    R, M = vectors[stepping.RIGID : stepping.RIGID + 6, n : n + m], model.mass_matrix(0.0, np.concatenate((q, u)))
-    xx, xy, xz, yy, yz, zz = reals[stepping.LOCKED : stepping.LOCKED + 6]
+    R, M = step.rigid[:, n : n + m], model.mass_matrix(0.0, np.concatenate((q, u)))
+    xx, xy, xz, yy, yz, zz = step.locked
     expected = np.zeros((6, 6))
-    expected[:3, :3] = reals[stepping.TOTAL_MASS] * np.eye(3)
+    expected[:3, :3] = step.mass * np.eye(3)
     expected[3:, 3:] = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     np.testing.assert_allclose(R @ M @ R.T, expected, rtol=0, atol=1e-11 * abs(expected).max())
 

@@ -14,7 +14,6 @@ from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.explicit import tableau
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
-from kanefe.kernels.steppers.explicit_steps import DENSE, ESTIMATES, EXTRA, ORDER, STAGES
 from run_scenes import thrown_pendulum
 
 EXPLICIT = [name for name, method in METHODS.items() if method.is_explicit]
@@ -45,16 +44,16 @@ def coefficients(name: str) -> Coefficients:
     stepper = METHODS[name].stepper
     assert isinstance(stepper, Compiled)
     kernels = stepper.load()
-    of, table = kernels.integers, kernels.table
-    end = of[STAGES]
-    count = end + 1 + of[EXTRA]
+    of, table = kernels.whole(thrown_pendulum()), kernels.table
+    end, estimates = of["stages"], of["estimates"]
+    count = end + 1 + of["extra"]
     A, further = np.zeros((count, count)), np.zeros((len(table) - count, count))
     A[:, : table.shape[1] - 1] = table[:count, 1 : 1 + count]
     further[:, : table.shape[1] - 1] = table[count:, 1 : 1 + count]
     assert not np.any(table[:, 1 + count :])
-    errors, dense = further[: of[ESTIMATES]], further[of[ESTIMATES] :]
-    assert len(dense) == of[DENSE]
-    return Coefficients(table[:count, 0], A, A[end], end, errors, dense, of[ORDER])
+    errors, dense = further[:estimates], further[estimates:]
+    assert len(dense) == of["dense"]
+    return Coefficients(table[:count, 0], A, A[end], end, errors, dense, of["order"])
 
 
 @cache

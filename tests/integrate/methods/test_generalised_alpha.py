@@ -18,7 +18,6 @@ from kanefe.integrate.stepper import StepControl
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
-from kanefe.kernels.steppers.generalised_alpha_state import AT_START
 from loop_scenes import four_bar
 from run_scenes import check_snapshot, thrown_pendulum
 
@@ -41,7 +40,7 @@ def errors(model: Model, name: str, span: float, step: float) -> np.ndarray:
         q, u = exact.coordinates[i], exact.speeds[i]
         du = accelerations(State(model, run.t, q, u))
         y = run.state()
-        parts = y[: len(q)] - q, y[len(q) : len(q) + len(u)] - u, run.vectors[AT_START, len(q) : len(q) + len(u)] - du
+        parts = y[: len(q)] - q, y[len(q) : len(q) + len(u)] - u, run.step.at_start[len(q) : len(q) + len(u)] - du
         found = np.maximum(found, [abs(part).max() for part in parts])
     return found
 

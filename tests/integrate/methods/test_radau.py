@@ -15,9 +15,7 @@ from kanefe.integrate.methods.radau5 import METHOD, radau_iia
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.kernels.algebra.lu import factorise, factorise_from_last, solve, solve_from_last
-from kanefe.kernels.steppers import radau_polynomial as radau_layout
 from kanefe.kernels.steppers import radau_systems
-from kanefe.kernels.steppers.step_commands import STATE, STEP
 from kanefe.tree.model_data import QUADRATURES
 from loop_scenes import four_bar
 from run_scenes import SCENES, soft_arm, tumbling
@@ -124,25 +122,21 @@ def test_systems_of_the_size_of_the_speeds_solve_those_of_the_state() -> None:
     model, y = flexible_body_in_flight()
     dynamics, control = Dynamics(model), StepControl(1e-6, 1e-9, None)
     stepper = METHOD.make(dynamics, 0.0, 1.0, control)
-    integers, reals, vectors = stepper.snapshot().values()
-    table, m, h = radau_iia(), model.free_count, 0.4
-    vectors[STATE] = y
-    vectors[radau_layout.JACOBIAN_ROWS : radau_layout.JACOBIAN_ROWS + m + QUADRATURES, : 2 * m] = (
-        dynamics.tangent_derivatives(0.0, y)
-    )
-    reals[STEP] = h
+    step, m, h = stepper.step, model.free_count, 0.4
+    step.state[:], step.h = y, h
+    step.jacobian[:, : 2 * m] = dynamics.tangent_derivatives(0.0, y)
     J = dynamics.jacobian(0.0, y)
-    assert radau_systems.factorise_systems(integers, reals, vectors, table)
+    assert radau_systems.factorise_systems(step)
     r = np.random.default_rng(3).standard_normal((2, len(y)))
-    gamma, alpha, beta = table[8] / h
+    gamma, alpha, beta = step.gamma / h, step.alpha / h, step.beta / h
     expected = np.linalg.solve(gamma * np.eye(len(y)) - J, r[0])
     a = r[0].copy()
-    radau_systems.solve_real(integers, reals, vectors, table, a)
+    radau_systems.solve_real(step, a)
     # condition numbers of 1e4, times round-off
     assert a == pytest.approx(expected, abs=1e-11)
     expected = np.linalg.solve((alpha + 1j * beta) * np.eye(len(y)) - J, r[0] + 1j * r[1])
     a, b = r.copy()
-    radau_systems.solve_complex(integers, reals, vectors, table, a, b)
+    radau_systems.solve_complex(step, a, b)
     assert a + 1j * b == pytest.approx(expected, abs=1e-11)
 
 
@@ -186,8 +180,9 @@ def test_what_a_function_of_the_state_adds_is_in_the_jacobian() -> None:
 
 
 def test_the_coefficients_are_those_of_radau_iia() -> None:
-    table, r = radau_iia(), np.sqrt(6.0)
-    T, inverse, (gamma, alpha, beta) = table[1:4], table[4:7], table[8]
+    of, r = radau_iia(), np.sqrt(6.0)
+    T, inverse = (np.reshape(of[name].numbers, (3, 3)) for name in ("T", "T_inverse"))
+    gamma, alpha, beta = (of[name] for name in ("gamma", "alpha", "beta"))
     # Butcher's matrix (Hairer & Wanner 1996, table 5.6), and its inverse in the blocks of the transformation
     A = np.array(
         [
@@ -196,13 +191,13 @@ def test_the_coefficients_are_those_of_radau_iia() -> None:
             [(16 - r) / 36, (16 + r) / 36, 1 / 9],
         ]
     )
-    assert table[0] == pytest.approx(A.sum(axis=1), abs=1e-14)
+    assert of["nodes"] == pytest.approx(A.sum(axis=1), abs=1e-14)
     blocks = np.array([[gamma, 0, 0], [0, alpha, -beta], [0, beta, alpha]])
     assert inverse @ np.linalg.inv(A) @ T == pytest.approx(blocks, abs=1e-12)
     # the error vanishes for polynomials up to degree 3: changes Z = c^k, with the rate of the start, (1, 0, 0)
-    c = table[0]
+    c = of["nodes"]
     for k, rate in ((1, 1.0), (2, 0.0), (3, 0.0)):
-        assert table[7] @ c**k + rate == pytest.approx(0.0, abs=1e-12)
+        assert of["weights"] @ c**k + rate == pytest.approx(0.0, abs=1e-12)
 
 
 @pytest.mark.parametrize("kind", [float, complex])

@@ -14,17 +14,8 @@ from kanefe.integrate.methods.kernel_stepper import KernelStepper
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
-from kanefe.kernels.steppers.directions_wanted import MOST_DIRECTIONS, RANK
 from kanefe.kernels.steppers.generalised_alpha_systems import solve_newton
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    DAMPING_DIRECTION,
-    SHARE_DAMPING,
-    SHARE_STIFFNESS,
-    SLOPE,
-    STATE,
-    STIFFNESS_DIRECTION,
-)
+from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STATE, STIFFNESS_DIRECTION
 from scenes import lattice_body
 
 H = 0.01
@@ -72,7 +63,7 @@ def unloaded(seed: int) -> Model:
 
 def of_sweep(run: KernelStepper, x: np.ndarray) -> np.ndarray:
     """Return ``(M + s C + r K)^-1 M x`` at the state of a run, at which no force acts."""
-    model, shares = run.dynamics.model, (float(run.reals[SHARE_DAMPING]), float(run.reals[SHARE_STIFFNESS]))
+    model, shares = run.dynamics.model, (float(run.step.share_damping), float(run.step.share_stiffness))
     n, m = model.coordinate_count, model.free_count
     vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(x)))
     vectors[AT] = run.vectors[STATE]
@@ -87,16 +78,16 @@ def of_sweep(run: KernelStepper, x: np.ndarray) -> np.ndarray:
 def test_a_change_of_low_rank_solves_the_dense_system(seed: int) -> None:
     model = unloaded(seed)
     few, dense = stepper(model, False), stepper(model, True)
-    assert few.integers[MOST_DIRECTIONS] == 18
+    assert few.step.most_directions == 18
     step_once(few)
     step_once(dense)
-    assert few.integers[RANK] == 8  # one of each spring, and six of the bushing
+    assert few.step.rank == 8  # one of each spring, and six of the bushing
     n, m = model.coordinate_count, model.free_count
     x = np.zeros(few.vectors.shape[1])
     x[n : n + m] = np.random.default_rng(seed).normal(size=m)
     expected, found = x.copy(), of_sweep(few, x)
-    solve_newton(dense.integers, dense.vectors, expected)
-    solve_newton(few.integers, few.vectors, found)
+    solve_newton(dense.step, expected)
+    solve_newton(few.step, found)
     size = abs(expected).max()
     assert abs(expected - x).max() > 1e-3 * size  # the loads count
     # round-off of systems whose stiffest direction has up to 1e3 times the inertia
@@ -114,15 +105,15 @@ def test_states_of_loads_are_solved_for_as_in_the_dense_system() -> None:
             scene.add_contact("feet", [block], floor, normal=normal, friction=kf.Coulomb(0.3))
     model = scene.freeze()
     few, dense = stepper(model, False, 1e-3), stepper(model, True, 1e-3)
-    assert few.integers[MOST_DIRECTIONS] > 0
+    assert few.step.most_directions > 0
     step_once(few)
     step_once(dense)
     n, m, end = model.coordinate_count, model.free_count, model.coordinate_count + model.free_count + model.state_count
     x = np.zeros(few.vectors.shape[1])
     x[n:end] = np.random.default_rng(0).normal(size=end - n)
     expected, found = x.copy(), x.copy()  # a sweep knows of nothing that is stiff
-    solve_newton(dense.integers, dense.vectors, expected)
-    solve_newton(few.integers, few.vectors, found)
+    solve_newton(dense.step, expected)
+    solve_newton(few.step, found)
     assert abs(expected - x)[n + m :].max() > 1e-3
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11 * abs(expected).max())
 
@@ -146,7 +137,7 @@ def test_a_step_of_a_chain_with_springs_solves_for_them_whatever_its_length() ->
     for count in (20, 100):
         run = stepper(chain(count, 2), False, 1e-3)
         run.integrate_through(np.array([1.0]), np.empty((1, len(run.state()))), 50)
-        counts.append((int(run.integers[RANK]), run.statistics["jacobians"]))
+        counts.append((run.step.rank, run.statistics["jacobians"]))
         assert run.statistics["evaluations"] <= 3 * 50
     assert counts[0] == counts[1] == (2, 1)  # along each spring; at the start there is no tension
 

@@ -20,7 +20,7 @@ from kanefe.kernels.compiler.build import all_compiled_functions, all_libraries,
 from kanefe.kernels.compiler.filling import fill_nothing
 from kanefe.kernels.compiler.libraries import ALWAYS, ENGINE, NEVER, imports_of, stamp
 from kanefe.kernels.compiler.processors import generations_here, own_folder
-from kanefe.kernels.steppers.step_commands import interpolated
+from kanefe.kernels.steppers.step_commands import Run, interpolated
 
 KERNELS = Path(kanefe.kernels.__file__).parent
 
@@ -369,5 +369,7 @@ def test_without_a_compiler_nothing_is_begun(tmp_path: Path, monkeypatch: pytest
 
 def test_arguments_of_another_kind_are_refused_before_they_are_read() -> None:
     if IS_COMPILED:
+        memory = np.zeros(2), np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1))
+        run = Run(fill_nothing, fill_nothing, *memory, np.zeros(0), np.zeros((0, 1)), 0, np.zeros(1, dtype=np.int64))
         with pytest.raises(TypeError, match=r"contiguous int64 array of 1 axes, not float64 \(2,\)"):
-            interpolated(fill_nothing, np.zeros(2), np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), 0.0, np.zeros(1))
+            interpolated(run, 0.0, np.zeros(1))
