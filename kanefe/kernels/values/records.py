@@ -40,7 +40,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator
 from copy import copy
-from functools import cache
+from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
 
 import numpy as np
@@ -500,16 +500,25 @@ def allocate(record: type[R], **whole: int) -> tuple[np.ndarray, ...]:
 
     Parts among its integers and numbers begin behind its fields; in a pool they begin one behind the other.
     """
-    whole = {name: 0 for name, field in record.fields.items() if field.is_whole} | whole
+    counts, known = _layout(record, tuple(whole.items()))
+    integers = np.zeros(counts[INTEGERS], int)
+    integers[: len(known)] = known
+    return tuple(integers if name == INTEGERS else np.zeros(counts[name]) for name in record.memories)
+
+
+@lru_cache(maxsize=256)
+def _layout(record: type[R], given: tuple[tuple[str, int], ...]) -> tuple[dict[str, int], list[int]]:
+    """Return how many numbers each array has, and the whole numbers of the fields."""
+    whole = {name: 0 for name, field in record.fields.items() if field.is_whole} | dict(given)
     counts = dict.fromkeys(record.memories, 0) | {INTEGERS: record.integer_count, NUMBERS: record.number_count}
     for name, field in record.fields.items():
         if isinstance(field.kind, Start):
             whole[name] = counts[field.kind.pool]
             counts[field.kind.pool] += room(record, name, **whole)
-    arrays = {name: np.zeros(counts[name], int if name == INTEGERS else float) for name in record.memories}
+    known = [0] * record.integer_count
     for name, value in whole.items():
-        arrays[INTEGERS][column(record, name)] = value
-    return tuple(arrays.values())
+        known[column(record, name)] = value
+    return counts, known
 
 
 def laid_out(record: type[Record], **whole: int) -> np.ndarray:

@@ -160,6 +160,10 @@ def test_mistakes_are_told(mistake: Any, error: type[Exception], told: str) -> N
         mistake(Bodies(*arrays())[0])
 
 
+Row = Annotated[np.ndarray, Array("length")]
+"""One hint for several fields."""
+
+
 class Method(Record):
     """A record that is no row, with parts behind its fields."""
 
@@ -170,13 +174,13 @@ class Method(Record):
     behind: Annotated[int, Start("integers")]
     map: Annotated[np.ndarray, Array("moves", 2)]
     first: Annotated[int, Start("vectors")]
-    at: Annotated[np.ndarray, Array("length")]
+    at: Row
     slopes: Annotated[np.ndarray, Array("rows", "length")]
 
 
 class Keeping(Method):
     h: float
-    kept: Annotated[np.ndarray, Array("length")]
+    kept: Row
     times: Annotated[int, Start("numbers")]
     knots: Annotated[np.ndarray, Array("rows")]
 
