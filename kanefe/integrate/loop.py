@@ -9,13 +9,14 @@ import numpy as np
 
 from kanefe.errors import KanefeError, SimulationError
 from kanefe.frames import Vector
-from kanefe.integrate.checkpoints_in_run import Checkpoints
 from kanefe.integrate.clock import CONTROLLERS, Clock
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.events.actions import acted
 from kanefe.integrate.events.event import Event
 from kanefe.integrate.events.event_search import EventWatch
+from kanefe.integrate.kept_progress import Checkpoints
 from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
+from kanefe.integrate.sampled_steps import SampledSteps
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.state_rows import StateRows, TakesStates
 from kanefe.integrate.status import RunStatus, raised_by_user
@@ -242,7 +243,7 @@ class RunLoop:
             elif self._sampler is None:
                 rows.stored += stepper.integrate_through(rows.times[first:], rows.states[first:], most)
             else:
-                self._integrate_sampled(self._sampler, most, begun)
+                self._integrate_sampled(self._sampler, most)
         except (Exception, KeyboardInterrupt):
             # what was passed before the failure is stored all the same
             rows.stored = max(first, int(np.searchsorted(rows.times, stepper.t, side="right")))
@@ -274,45 +275,16 @@ class RunLoop:
             rows.cover(self._stepper)
             most = 0  # the events of this step alone
 
-    def _integrate_sampled(self, sampler: Sampler, most: int, begun: float) -> None:
+    def _integrate_sampled(self, sampler: Sampler, most: int) -> None:
         """Continue from sample to sample, for so many steps or so long as a go takes; steps end at samples."""
-        stepper, rows, end = self._stepper, self.rows, self._stepper.step_count + most
+        rows = self.rows
         if self._passing is not None:
             rows.stored = self._passing.integrate_over_samples(rows.times, rows.states, rows.stored, most, sampler)
             if sampler.has_alarm:
                 self._pace.check_drives()
-            return
-        # one step that is left of several is for the next go: the states within it, for which a call for one step may
-        # take evaluations, are not wanted, and where a go ends is a matter of time
-        while not rows.is_full and (left := end - stepper.step_count) > (most > 1):
-            target, t = sampler.next, stepper.t
-            if target <= t < rows.end:
-                y = sampler.sampled(t, stepper.state())
-                target = sampler.next
-                stepper.aim(target)
-                stepper.go_on_with(t, y)
-                if sampler.has_alarm:
-                    self._pace.check_drives()
-                if self._watch:
-                    self._watch.renew(t, y)
-                if rows.stored and rows.times[rows.stored - 1] == t:
-                    rows.states[rows.stored - 1] = y
-                    rows.store_accelerations(rows.stored - 1, rows.stored)
-            first = rows.stored
-            last = first + int(np.searchsorted(rows.times[first:], target, side="right"))
-            is_cut = last == len(rows.times) and not rows.is_last  # the rest of the interval is in the next window
-            if is_cut or (last > first and rows.times[last - 1] == target):
-                rows.stored += stepper.integrate_through(rows.times[first:last], rows.states[first:last], left)
-            else:
-                beyond = np.empty((last - first + 1, rows.states.shape[1]))
-                times = np.concatenate((rows.times[first:last], (target,)))
-                try:
-                    passed = stepper.integrate_through(times, beyond, left)
-                finally:
-                    rows.states[first:last] = beyond[:-1]
-                rows.stored += min(passed, last - first)
-            if self._watch or time.perf_counter() - begun > CHUNK_SECONDS:
-                return
+        else:
+            steps = SampledSteps(self._stepper, sampler, self._watch, self._pace)
+            steps.go(rows, most, time.perf_counter() + CHUNK_SECONDS)
 
     def _events(self, watch: EventWatch) -> RunStatus | None:
         """Look for events in the last step, and do what they ask for; return a status if one ends the run."""

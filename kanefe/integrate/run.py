@@ -111,44 +111,29 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
     given = {} if begins is None else values_of_functions(model, *begins)
     file, saved = _checkpoints(model, begun.choice, options, begun.told)
     times = wanted if wanted[-1] == stop else np.append(wanted, stop)
-    taker: SharedStates | None = None
-    if recorder is not None:
-        recorder.begin([event.name for event in begun.told])
-        taker = SharedStates(times, len(model.initial_state) + QUADRATURES, recorder)
-        times = taker.times
+    taker = None if recorder is None else _taker(model, begun, times, recorder)
     with _progress_bar(options.progress, stop - start) as bar:
         with clock.part("set-up"):
             begun.start()
             limits = Limits(options.most_steps, options.most_seconds)
             sampler = Sampler(model, start, stop) if model.controllers else None
+            times = times if taker is None else taker.times
             watched = stepper, times, begun.watch, limits, clock, bar, sampler, poles
             loop = RunLoop(begun.dynamics, *watched, begun.chunk, taker)
             if saved is not None:
                 loop.resume(saved)
         status = loop.go(file)
-    times, states, rates = _stored(loop, taker, wanted)
-    status = _checked(model, begun, loop, times, states, status)
+    kept = _stored(loop, taker, wanted)
+    status = _checked(model, begun, loop, *kept[:2], status)
     texts = [str(status)] if status.kind == "failed" or loop.is_interrupted else []
     _warn([*texts, *_of_functions(model, stepper, begins, given)])
-    if loop.last is not None and (not len(times) or loop.last[0] > times[-1]):
-        times, states = np.append(times, loop.last[0]), np.vstack((states, loop.last[1]))
-        if rates is not None and loop.last_accelerations is not None:
-            rates = np.vstack((rates, loop.last_accelerations))
+    times, states, rates = _with_last(loop, *kept)
     statistics, watch = _statistics(model, begun, loop, clock), begun.watch
     events = {event.name: np.array(watch.times[event.name]) for event in begun.told} if watch else {}
     _warn([*(watch.telling.impacts.warnings if watch else ()), *of_fixed_steps(model, statistics, events)])
-    found = Trajectory.of_states(
-        model,
-        times,
-        states,
-        statistics=statistics,
-        accelerations=rates,
-        status=status,
-        events=events,
-        controllers=sampler.logs() if sampler else {},
-        bent=stepper.bent,
-        records={} if recorder is None else recorder.end(status),
-    )
+    logs, records = sampler.logs() if sampler else {}, {} if recorder is None else recorder.end(status)
+    told = {"statistics": statistics, "events": events, "controllers": logs, "bent": stepper.bent, "records": records}
+    found = Trajectory.of_states(model, times, states, accelerations=rates, status=status, **told)
     begun.chunk = loop.chunk
     give_back(model, options, begun)
     return found
@@ -157,6 +142,23 @@ def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: Recor
 def _warn(texts: Iterable[str]) -> None:
     for text in texts:
         warnings.warn(text, SimulationWarning, stacklevel=outside())
+
+
+def _taker(model: Model, begun: SetUp, times: Vector, recorder: RecordsStates) -> SharedStates:
+    """Return what takes the states for a recorder."""
+    recorder.begin([event.name for event in begun.told])
+    return SharedStates(times, len(model.initial_state) + QUADRATURES, recorder)
+
+
+def _with_last(
+    loop: RunLoop, times: Vector, states: Matrix, rates: Matrix | None
+) -> tuple[Vector, Matrix, Matrix | None]:
+    """Return the same with where the run has ended, if that is behind them."""
+    if loop.last is None or (len(times) and loop.last[0] <= times[-1]):
+        return times, states, rates
+    if rates is not None and loop.last_accelerations is not None:
+        rates = np.vstack((rates, loop.last_accelerations))
+    return np.append(times, loop.last[0]), np.vstack((states, loop.last[1])), rates
 
 
 def _stored(loop: RunLoop, taker: SharedStates | None, wanted: Vector) -> tuple[Vector, Matrix, Matrix | None]:
@@ -170,9 +172,7 @@ def _stored(loop: RunLoop, taker: SharedStates | None, wanted: Vector) -> tuple[
     return wanted[:stored], states[:stored], None if rates is None else rates[:stored]
 
 
-def _checked(
-    model: Model, begun: SetUp, loop: RunLoop, times: Vector, states: Matrix, status: RunStatus
-) -> RunStatus:
+def _checked(model: Model, begun: SetUp, loop: RunLoop, times: Vector, states: Matrix, status: RunStatus) -> RunStatus:
     """Return how a run ended, after a look at what its states say of contacts and bushings."""
     if status.kind == "failed":
         return status

@@ -201,13 +201,12 @@ class Sweeps:
     def _revisit(self, table: Matrix) -> None:
         """Write the rates of the states in a table, see `kanefe.kernels.evaluation.replay`, in their place."""
         route, size = self._route, table.shape[1] - STATE_OF
-        integers, reals, vectors = allocate(Step, size=size)
-        step = Step(integers, reals, vectors)
+        integers, reals, numbers = allocate(Step, size=size)
+        vectors, step = numbers.reshape(-1, size), Step(integers, reals, numbers)
         step.state[:] = table[0, STATE_OF:]
-        memory = integers, reals, vectors.reshape(-1, size)
         none = np.zeros(0), np.zeros((0, size)), 0, np.zeros(1, dtype=np.int64)
-        run = Run(revisit, between_states, *memory, table, *none)
-        compiled = route.compiled_run(*memory, MethodNeeds())
+        run = Run(revisit, between_states, integers, reals, vectors, table, *none)
+        compiled = route.compiled_run(integers, reals, vectors, MethodNeeds())
         while compiled.go_on(run) != Command.DONE:  # at a singular position
             step.slope[:] = route.evaluate(float(step.time_at), step.at.copy()).rates
 

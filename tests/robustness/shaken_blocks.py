@@ -181,7 +181,7 @@ def _first_fall(f: Callable[[float], float], start: float, stop: float) -> float
     times = np.linspace(start, stop, max(3, round(LOOKS * (stop - start)) if stop - start > 1.0 else LOOKS))
     for a, b in zip(times[:-1].tolist(), times[1:].tolist(), strict=True):
         if f(b) < 0.0:
-            return crossing_between(lambda of, t: of(t), f, a, b, max(f(a), 0.0), f(b), 1e-15)
+            return crossing_between(lambda of, t: of(t), f, (a, max(f(a), 0.0)), (b, f(b)), 1e-15)
     return stop
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from kanefe.integrate.auto.cost import (
     steps_of_radau,
 )
 from kanefe.integrate.auto.explicit_rates import look_at_state, rate_of_functions
+from kanefe.integrate.auto.many_impacts import many_impacts
 from kanefe.integrate.auto.rivals import EXPLICIT, FEWER_STAGES, rivals_of, why_left_out
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.auto.vibrations import (
@@ -45,9 +46,6 @@ from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.loads.base import Load
 from kanefe.tree.scales import modal_frequencies, scene_length
-
-if TYPE_CHECKING:
-    from kanefe.contact.rigid.granular_contacts import GranularContacts
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps of the explicit method for the elastic modes above which an implicit method is taken."""
@@ -85,10 +83,6 @@ six of its steps, of 13 to 18 evaluations each, in drawn linkages of flexible bo
 STIFF_FORCES = "its steps tell forces of stiff modes less exactly"
 
 STOPS = "stops"
-
-LEAST_MOTION, FEWEST_STEPS = 0.02, 500.0
-"""Motion of a falling body in a step over impacts, relative to the radius of the smallest ball; and least number of
-steps of a run."""
 
 
 class SuitedMethod(NamedTuple):
@@ -159,7 +153,8 @@ def candidates(model: Model, start: float, stop: float, rtol: float | None, atol
     """
     span, granular = stop - start, model.granular
     if granular is not None:
-        return Candidates(("moreau-jean",), lambda: _of_granular(model, granular, span))
+        why, step = many_impacts(model, granular, span)
+        return Candidates(("moreau-jean",), lambda: SuitedMethod("moreau-jean", why, step=step))
     if model.has_unreduced:
         return Candidates(own_methods(), lambda: _of_route(model, serving(model, *own_methods())))
     found = _of_many(model, start, stop, rtol, atol)
@@ -264,21 +259,6 @@ def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol
         return SuitedMethod("generalised-alpha", f"{reason}, and {model.free_count} speeds are too many for radau5")
     changes = changes_of(dynamics, start, stop) if dynamics.calls_functions else NO_CHANGES
     return _by_vibrations(dynamics, times, rtol, atol, reason, changes)._replace(changes=changes)
-
-
-def _of_granular(model: Model, granular: GranularContacts, span: float) -> SuitedMethod:
-    """Return the method that steps over the impacts of a scene of many rigid contacts, and its step."""
-    length = scene_length(model)
-    speed = max(
-        math.sqrt(2.0 * float(np.linalg.norm(model.gravity)) * length),
-        *(float(np.abs(body.joint.initial_speeds()[:3]).max()) for body in model.bodies if len(body.speeds) > 2),
-    )
-    radius = min(ball.radius for ball in granular.balls) or 0.1 * length
-    step = min(span / FEWEST_STEPS, LEAST_MOTION * radius / speed if speed > 0.0 else span)
-    pairs = len(granular.balls) * (len(granular.balls) - 1) // 2 + len(granular.balls) * len(granular.walls)
-    return SuitedMethod(
-        "moreau-jean", f"{pairs} pairs of rigid surfaces may collide too often to end a step each time", step=step
-    )
 
 
 def _by_vibrations(

@@ -17,6 +17,8 @@ from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.events.storms import without_end
 from kanefe.integrate.stepper import Stepper, looks_out
 from kanefe.kernels.events.event_search import (
+    StepSamples,
+    Within,
     find_brackets,
     first_with_sign,
     is_known,
@@ -247,7 +249,7 @@ class EventWatch:
             self._last[i] = max(roots, default=self._last[i])
             if acting is not None and roots:
                 function, largest = self._along(stepper, quick, i), float(np.abs(table[:, i]).max())
-                self._noise[i] = noise_after(_called, function, roots[-1], t0, stepper.t, self._span, largest)
+                self._noise[i] = noise_after(_called, function, roots[-1], Within(t0, stepper.t, self._span), largest)
                 before = table[np.searchsorted(times, roots[-1]) - 1, i]
                 self._ways[i] = -np.sign(before)
             elif np.abs(table[1:, i]).max() > self._noise[i]:
@@ -259,9 +261,8 @@ class EventWatch:
         """Return whether an event with a root behind a time (s) happens at that time: see `passes_at`."""
         number = self.events.index(event)
         function = self._along(stepper, quick, number)
-        return not self._is_bound[number] and passes_at(
-            _called, function, t, root, stepper.t_old, stepper.t, self._span
-        )
+        within = Within(stepper.t_old, stepper.t, self._span)
+        return not self._is_bound[number] and passes_at(_called, function, t, root, within)
 
     def _is_kink(self, found: Sequence[tuple[float, Event]], acting: float) -> bool:
         """Return whether what happens at a time is that a law changes there, see `kanefe.kernels.events.kinks`."""
@@ -290,7 +291,9 @@ class EventWatch:
             function = partial(_above, -noise, function)
             brackets[0], found = (times[max(first - 1, 0)], times[first]), 1
         else:
-            found = find_brackets(_called, function, times, values, count, first, event.direction, brackets)
+            found = find_brackets(
+                _called, function, StepSamples(times, values, count, first), event.direction, brackets
+            )
         is_beyond = is_bound or isinstance(event, EventOfLoad)  # see `kanefe.kernels.events.steps_with_events`
         roots = [root_in(_called, function, a, b, self._span, is_beyond) for a, b in brackets[:found].tolist()]
         # one without action may have been reported at this time, at which another ended the step

@@ -166,25 +166,10 @@ class UnreducedStepper(PythonStepper):
 
     def snapshot(self) -> dict[str, np.ndarray]:
         """Return what is needed to continue; of factors and borders the states at which they were made."""
-        kept = {
-            "q": self._q,
-            "u": self._u,
-            "du": self._du,
-            "a": self._a,
-            "power": self._power,
-            "works": self._quadratures,
-        }
-        arrays = {name: array.copy() for name, array in kept.items()}
-        counters = (
-            self._halvings,
-            self._ticks,
-            self._patience,
-            self._calm,
-            self._is_first,
-            self._unmeasured,
-            self._measured.halvings,
-        )
-        arrays["counters"] = np.array(counters, dtype=np.int64)
+        arrays = {name: getattr(self, f"_{name}").copy() for name in ("q", "u", "du", "a", "power")}
+        arrays["works"] = self._quadratures.copy()
+        counters = self._halvings, self._ticks, self._patience, self._calm, self._is_first, self._unmeasured
+        arrays["counters"] = np.array((*counters, self._measured.halvings), dtype=np.int64)
         arrays["numbers"] = np.array((self._start, self._span, self._rate, self._measured.error, self._measured.first))
         arrays |= self._matrices.snapshot() | self._bends.snapshot()
         return arrays
@@ -265,14 +250,10 @@ class UnreducedStepper(PythonStepper):
         self._calm = self._calm + 1 if wanted > 0 else 0
         if self._calm < self._patience:
             return
-        while (
-            wanted > 0
-            and self._halvings > LEAST_HALVINGS
-            and not self._ticks % (1 << (MOST_HALVINGS - self._halvings + 1))
-        ):
-            self._halvings -= 1
-            wanted -= 1
-            self._calm = 0
+        while wanted > 0 and self._halvings > LEAST_HALVINGS:
+            if self._ticks % (1 << (MOST_HALVINGS - self._halvings + 1)):
+                return
+            self._halvings, wanted, self._calm = self._halvings - 1, wanted - 1, 0
 
     def states(self, times: np.ndarray) -> np.ndarray:
         """Return the states at times of the last step, shape (times, state)."""

@@ -48,8 +48,9 @@ OF_STEPS = "steps", "rejected", "evaluations"
 OF_JACOBIANS = (*OF_STEPS, "factorisations", "jacobians")
 """Names in the statistics of what a step counts, without and with Jacobians."""
 
-TIME = column(Step, "time")
-"""Place among the reals of what is asked for the most."""
+TIME, TIME_OLD = (column(Step, name) for name in ("time", "time_old"))
+COUNTS = {names: [column(Step, name) for name in names] for names in (OF_STEPS, OF_JACOBIANS)}
+"""Places among the reals and the integers of what is asked for the most."""
 
 
 class KernelStepper:
@@ -104,7 +105,7 @@ class KernelStepper:
     @property
     def t_old(self) -> float:
         """Start of the last step in s."""
-        return float(self.step.time_old)
+        return float(self.reals[TIME_OLD])
 
     @property
     def worst(self) -> int:
@@ -114,7 +115,7 @@ class KernelStepper:
     @property
     def bent(self) -> list[Bent]:
         """Where each flexible body was bent the most."""
-        return bends_of_kernels(self._bodies, self.step.bends, self.reals)
+        return bends_of_kernels(self._bodies, self.step.bends, self.reals) if self._bodies else []
 
     @property
     def hardest(self) -> tuple[float, Vector] | None:
@@ -125,12 +126,13 @@ class KernelStepper:
     @property
     def step_count(self) -> int:
         """How many steps were accepted so far."""
-        return int(self.step.steps)
+        return int(self.integers[COUNTS[OF_STEPS][0]])
 
     @property
     def statistics(self) -> dict[str, int | float]:
         """Steps, rejected steps and evaluations; factorisations and Jacobians of methods that make them."""
-        return {name: getattr(self.step, name) for name in (OF_JACOBIANS if self._kernels.has_jacobian else OF_STEPS)}
+        names = OF_JACOBIANS if self._kernels.has_jacobian else OF_STEPS
+        return dict(zip(names, self.integers[COUNTS[names]].tolist(), strict=True))
 
     @property
     def step_seconds(self) -> list[float]:

@@ -7,7 +7,7 @@ function: the search is the same.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -45,6 +45,31 @@ ROUND_OFF = 1e-15
 root is zero by chance."""
 
 Value = Callable[[Any, float], float]
+
+
+class StepSamples(NamedTuple):
+    """Samples of a function in a step, from its start to its end.
+
+    Attributes
+    ----------
+    times, values : ndarray, shape (count or more,)
+    count : int
+    first : int
+        Number of the first value that has a sign.
+    """
+
+    times: np.ndarray
+    values: np.ndarray
+    count: int
+    first: int
+
+
+class Within(NamedTuple):
+    """Start and end of a step, and the span of the run, s."""
+
+    start: float
+    end: float
+    span: float
 
 
 @exact
@@ -92,8 +117,10 @@ def is_quiet(times: np.ndarray, values: np.ndarray, count: int) -> bool:
 
 
 @exact
-def crossing_between(value: Value, data: Any, a: float, b: float, fa: float, fb: float, width: float) -> float:
-    """Return where a function passes zero between a and b, to a width, by Chandrupatla's method.
+def crossing_between(
+    value: Value, data: Any, left: tuple[float, float], right: tuple[float, float], width: float
+) -> float:
+    """Return where a function passes zero between two places, to a width, by Chandrupatla's method.
 
     Inverse quadratic interpolation where three points let it be trusted, else halves (T. R. Chandrupatla, Advances in
     Engineering Software 28 (1997) 145-149).
@@ -101,12 +128,12 @@ def crossing_between(value: Value, data: Any, a: float, b: float, fa: float, fb:
     Parameters
     ----------
     value : function (data, t) -> float
-    a, b : float
-    fa, fb : float
-        Its values there, of different signs or zero.
+    left, right : (float, float)
+        The places with its values there, of different signs or zero.
     width : float
         Of the interval that is left.
     """
+    (a, fa), (b, fb) = left, right
     if fa == 0.0 or fb == 0.0:
         return a if fa == 0.0 else b
     share = 0.5
@@ -160,31 +187,20 @@ def first_with_sign(values: np.ndarray, count: int, noise: float) -> int:
 
 
 @exact
-def find_brackets(
-    value: Value,
-    data: Any,
-    times: np.ndarray,
-    values: np.ndarray,
-    count: int,
-    first: int,
-    direction: int,
-    brackets: np.ndarray,
-) -> int:
+def find_brackets(value: Value, data: Any, of: StepSamples, direction: int, brackets: np.ndarray) -> int:
     """Write the intervals at whose ends a function has different signs, in order of time; return how many.
 
     A value of zero ends an interval, unless the function is back on its side at the next one. After an event the values
-    have no sign until the one with the number `first`: the place that was found lies before the root as often as behind
-    it.
+    have no sign until the first that has one: the place that was found lies before the root as often as behind it.
 
     Parameters
     ----------
-    times, values : ndarray, shape (count or more,)
-        Samples of the step, from its start to its end.
+    of : StepSamples
     direction : int
         1 where only rising through zero counts, -1 where only falling, else 0.
     brackets : ndarray, shape (2 count, 2)
     """
-    found = 0
+    found, (times, values, count, first) = 0, of
     last_time, last = 0.0, 0.0
     for k in range(first, count):
         if last != 0.0 and k + 1 < count and values[k] == 0.0 and sign_of(values[k + 1]) == sign_of(last):
@@ -246,7 +262,7 @@ def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond:
     if fa * fb > 0.0:  # at one of the ends, but for round-off
         return a if abs(fa) < abs(fb) else b
     tolerance = time_tolerance(span, b)
-    found = crossing_between(value, data, a, b, fa, fb, tolerance)
+    found = crossing_between(value, data, (a, fa), (b, fb), tolerance)
     ahead = tolerance
     while is_beyond and found < b and value(data, found) * fb <= 0.0:
         found, ahead = min(found + ahead, b), 2.0 * ahead  # where it stays at zero the way is long
@@ -254,21 +270,21 @@ def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond:
 
 
 @exact
-def noise_after(value: Value, data: Any, root: float, start: float, end: float, span: float, largest: float) -> float:
+def noise_after(value: Value, data: Any, root: float, within: Within, largest: float) -> float:
     """Return below what a function has no sign after its root; of one that jumps across zero that is round-off.
 
-    `start` and `end` are those of the step, `largest` the largest value of the function in it. Of one place alone the
+    `largest` is the largest value of the function in the step. Of one place alone the
     value can be zero by chance, and some be the same: three are seen on either side, and more farther away until two
     differ. What differs between neighbours is noise, or a slope; where a function jumps across zero they have other
     signs.
     """
-    tolerance = time_tolerance(span, root)
+    tolerance = time_tolerance(within.span, root)
     before, behind, differ = 0.0, 0.0, 0.0
     for side in range(2):
         largest_of_side, last, of_side = 0.0, 0.0, 0.0
         reach = tolerance if side == 0 else 0.0
         for k in range(LOOKS):
-            t = max(root - reach, start) if side == 0 else min(root + reach, end)
+            t = max(root - reach, within.start) if side == 0 else min(root + reach, within.end)
             here = value(data, t)
             if k < 2 or of_side == 0.0:
                 largest_of_side = max(largest_of_side, abs(here))
@@ -287,9 +303,9 @@ def noise_after(value: Value, data: Any, root: float, start: float, end: float, 
 
 
 @exact
-def passes_at(value: Value, data: Any, t: float, root: float, start: float, end: float, span: float) -> bool:
+def passes_at(value: Value, data: Any, t: float, root: float, within: Within) -> bool:
     """Return whether a function with a root behind a time has no sign there but for noise: it passes zero then.
 
-    From a step that begins at this time its zero could not be seen. `start` and `end` are those of the last step.
+    From a step that begins at this time its zero could not be seen. `within` is of the last step.
     """
-    return bool(abs(value(data, t)) <= noise_after(value, data, root, start, end, span, 0.0))
+    return bool(abs(value(data, t)) <= noise_after(value, data, root, within, 0.0))

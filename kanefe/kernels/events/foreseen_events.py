@@ -63,7 +63,7 @@ def time_to_event(found: RealRows, watched: WatchedRun, t: float, last_step: flo
             x = ahead * place / PLACES
             if not _cubic(differences, x) * y3 > 0.0:
                 a, b = _cubic(differences, before), _cubic(differences, x)
-                nearest = min(nearest, crossing_between(_cubic, differences, before, x, a, b, FINENESS * ahead))
+                nearest = min(nearest, crossing_between(_cubic, differences, (before, a), (x, b), FINENESS * ahead))
                 break
             before = x
     return nearest * quarter

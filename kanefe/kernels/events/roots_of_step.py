@@ -5,7 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.compiler._numba import exact
-from kanefe.kernels.events.event_search import find_brackets, first_with_sign, is_known, is_over, is_quiet, root_in
+from kanefe.kernels.events.event_search import (
+    StepSamples,
+    find_brackets,
+    first_with_sign,
+    is_known,
+    is_over,
+    is_quiet,
+    root_in,
+)
 from kanefe.kernels.events.lookout import value_at
 from kanefe.kernels.events.watched_run import Does, Lookout, Passage, Question, WatchedRun
 
@@ -78,8 +86,8 @@ def _add_roots(passage: Passage, event: int, count: int, total: int) -> int:
         watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
         brackets = 1
     else:
-        samples = watched.times, watched.samples, count, first
-        brackets = find_brackets(value_at, of, *samples, watched.directions[event], watched.brackets)
+        samples = StepSamples(watched.times, watched.samples, count, first)
+        brackets = find_brackets(value_at, of, samples, watched.directions[event], watched.brackets)
     for k in range(min(brackets, len(watched.found) - total)):
         a, b = watched.brackets[k, 0], watched.brackets[k, 1]
         # what changes as a point lands depends on the force there: there is none before

@@ -21,7 +21,7 @@ from kanefe.kernels.events.event_changes import (
     mark_action,
     take_reports,
 )
-from kanefe.kernels.events.event_search import noise_after, passes_at, time_tolerance
+from kanefe.kernels.events.event_search import Within, noise_after, passes_at, time_tolerance
 from kanefe.kernels.events.foreseen_events import FARTHEST_SHARP, SHARPENED, smooth_until, time_to_event
 from kanefe.kernels.events.kinks import steps_again
 from kanefe.kernels.events.lookout import look_at_states, look_through, put_closed, put_state, value_at
@@ -172,9 +172,8 @@ def _keep_acting(lookout: Lookout, passage: Passage, start: float, found: int, a
         count += 1
     for late in range(count, found):
         root, event = watched.found[late, 0], int(watched.found[late, 1])
-        span = start, lookout.times[-1], watched.span
-        of = Question(passage, event, 0.0)
-        if watched.kinds[event] < Does.BOUND and passes_at(value_at, of, acting, root, *span):
+        of, within = Question(passage, event, 0.0), Within(start, lookout.times[-1], watched.span)
+        if watched.kinds[event] < Does.BOUND and passes_at(value_at, of, acting, root, within):
             if watched.kinds[event] == Does.ACTS:
                 return -1
             watched.found[count, 0], watched.found[count, 1] = acting, event
@@ -210,8 +209,8 @@ def _set_noise(lookout: Lookout, passage: Passage, start: float, found: int, has
             largest = max(largest, abs(watched.samples[k]))
             later = max(later, abs(watched.samples[k])) if k > 0 else 0.0
         if has_acted and root > -np.inf:
-            of, span = Question(passage, event, 0.0), (start, lookout.times[-1], watched.span)
-            watched.noise[event] = noise_after(value_at, of, root, *span, largest)
+            of, within = Question(passage, event, 0.0), Within(start, lookout.times[-1], watched.span)
+            watched.noise[event] = noise_after(value_at, of, root, within, largest)
         elif later > watched.noise[event]:
             watched.noise[event] = 0.0  # also where a step ends by chance just before the next zero
 

@@ -143,14 +143,14 @@ def _late_row(own: Sampled, sample: int) -> int:
 def next_sample(samples: Samples) -> float:
     """Return when the next sample is, or drives begin to act, s; the end of the run if there is none before."""
     controllers, end = controllers_of(samples), progress_of(samples).end
-    found = end
+    found = float(end)
     for c in range(len(controllers)):
         own = controllers[c]
         t = own.start + own.count * own.every
         if t < end - END_SHARE * own.every:
             found = min(found, t)
         if own.late_done < own.count:
-            found = min(found, samples.late[_late_row(own, own.late_done), 0])
+            found = min(found, float(samples.late[_late_row(own, own.late_done), 0]))
     return found
 
 

@@ -68,7 +68,7 @@ class Step(Record):
     speeds: int
     move_count: int
     bend_count: int
-    command: Command
+    command: int
     stage: int  # where to go on, 0 at the start
     reason: int
     steps: int

@@ -414,9 +414,13 @@ class Record:
         self._memory = of._memory
 
     def __setattr__(self, name: str, value: Any) -> None:
-        if name != "_memory" and name not in self.fields:
+        field = self.fields.get(name)
+        if field is not None:
+            field.__set__(self, value)
+        elif name == "_memory":
+            object.__setattr__(self, name, value)
+        else:
             raise AttributeError(lacks(type(self), name))
-        object.__setattr__(self, name, value)
 
     def __getattr__(self, name: str) -> Any:
         raise AttributeError(lacks(type(self), name))

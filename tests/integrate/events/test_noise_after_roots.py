@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.kernels.events.event_search import NOISE, ROUND_OFF, noise_after, time_tolerance
+from kanefe.kernels.events.event_search import NOISE, ROUND_OFF, Within, noise_after, time_tolerance
 
 
 def noise_of(function: Callable[[float], float]) -> float:
-    return noise_after(lambda _, t: function(t), None, 0.5, 0.4, 0.6, 1.0, 8.0)
+    return noise_after(lambda _, t: function(t), None, 0.5, Within(0.4, 0.6, 1.0), 8.0)
 
 
 def test_a_slope_is_noise_and_a_jump_is_none() -> None:

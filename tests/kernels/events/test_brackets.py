@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from kanefe.kernels.events.event_search import find_brackets
+from kanefe.kernels.events.event_search import StepSamples, find_brackets
 
 
 @pytest.mark.parametrize(
@@ -26,5 +26,5 @@ def test_a_zero_that_is_not_passed_is_no_bracket(
     def straight(data: object, t: float) -> float:
         return float(np.interp(t, times, values))
 
-    found = find_brackets(straight, None, times, np.array(values), 3, 0, 0, brackets)
+    found = find_brackets(straight, None, StepSamples(times, np.array(values), 3, 0), 0, brackets)
     assert [tuple(pair) for pair in brackets[:found]] == expected

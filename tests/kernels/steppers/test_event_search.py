@@ -32,7 +32,7 @@ def test_roots_are_those_of_scipy(name, width):
         asked.append(x)
         return FUNCTIONS[name](x)
 
-    found = crossing_between(called, f, 0.0, 1.0, f(0.0), f(1.0), width)
+    found = crossing_between(called, f, (0.0, f(0.0)), (1.0, f(1.0)), width)
     exact = 0.3 if name == "flat" else brentq(FUNCTIONS[name], 0.0, 1.0, xtol=1e-15)  # which does not end there
     # where it is flat values vanish in round-off around the root: (1e-33)^(1/9) of it
     assert abs(found - exact) <= (2e-4 if name == "flat" else width)
@@ -41,8 +41,8 @@ def test_roots_are_those_of_scipy(name, width):
 
 
 def test_an_end_may_be_the_root():
-    assert crossing_between(called, lambda x: x, 0.0, 1.0, 0.0, 1.0, 1e-12) == 0.0
-    assert crossing_between(called, lambda x: x - 1.0, 0.0, 1.0, -1.0, 0.0, 1e-12) == 1.0
+    assert crossing_between(called, lambda x: x, (0.0, 0.0), (1.0, 1.0), 1e-12) == 0.0
+    assert crossing_between(called, lambda x: x - 1.0, (0.0, -1.0), (1.0, 0.0), 1e-12) == 1.0
 
 
 def test_the_lowest_place_is_found_and_one_below_zero_is_enough():
@@ -61,4 +61,4 @@ def test_it_ends_between_neighbours():
 @pytest.mark.parametrize(("b", "width"), [(1.0, math.nan), (math.nan, 1e-12)])
 def test_a_search_without_a_width_or_an_end_ends(b: float, width: float) -> None:
     """A step too short to move time on made both 0 / 0 once, and the run never returned."""
-    assert not math.isinf(crossing_between(called, lambda x: x - 0.5, 0.0, b, -0.5, 0.5, width))
+    assert not math.isinf(crossing_between(called, lambda x: x - 0.5, (0.0, -0.5), (b, 0.5), width))
