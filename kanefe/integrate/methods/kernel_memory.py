@@ -28,7 +28,7 @@ from kanefe.tree.scales import coordinate_moves, displacement_scales
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
 
-SMALLEST_STEP = 16.0 * np.finfo(float).eps
+SMALLEST_STEP = 16.0 * float(np.finfo(float).eps)
 """Smallest step relative to the largest time: below it, times lose their digits. A jump of a force or a power leaves an
 error proportional to the step, so that a step across a jump may have to be this small; the loop ends runs that do not
 advance."""

@@ -52,15 +52,15 @@ class StepSamples(NamedTuple):
 
     Attributes
     ----------
-    times, values : ndarray, shape (count or more,)
-    count : int
+    times, values : ndarray, shape (number or more,)
+    number : int
     first : int
         Number of the first value that has a sign.
     """
 
     times: np.ndarray
     values: np.ndarray
-    count: int
+    number: int
     first: int
 
 

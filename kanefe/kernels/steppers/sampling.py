@@ -25,7 +25,7 @@ END_SHARE = 1e-9
 FEW_SAMPLES = 3
 """Number of first samples of a controller with whose changes of the drives later ones are compared."""
 
-ULPS = 16.0 * np.finfo(float).eps
+ULPS = 16.0 * float(np.finfo(float).eps)
 """Smallest step relative to a time."""
 
 
