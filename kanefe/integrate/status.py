@@ -232,4 +232,4 @@ TOLD: dict[str, Callable[[Statistics], list[str]]] = {
     "bending": _of_bending,
     "resolution": lambda statistics: [f"  strains {Resolution(*statistics['resolution'])}"],
 }
-"""What is told of some runs, in this order."""
+"""Columns of the summary of some runs, in this order."""

@@ -36,6 +36,7 @@ DOORS = {
         "kanefe/kernels/compiler/_numba_passes.py",
         "kanefe/kernels/compiler/_numba_pointers.py",
         "kanefe/kernels/compiler/_numba_records.py",
+        "kanefe/kernels/compiler/_numba_in_place.py",
         "kanefe/kernels/compiler/_numba_tensors.py",
         "kanefe/kernels/compiler/_numba_values.py",
         "kanefe/kernels/compiler/_numba_objects.py",

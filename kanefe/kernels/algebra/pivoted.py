@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import kernel
 
-# Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.kane.constraints.ROUND_OFF`
+# Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.tree.row_rates.ROUND_OFF`
 ROUND_OFF = 1e-16
 
 # Pivots below this share of the tolerance are left out; above it they fade, see `kanefe.kane.constraints`

@@ -43,7 +43,7 @@ class Looked(NamedTuple):
     vectors : ndarray, shape (2 or more, state and quadratures)
     work : ndarray, shape (rows, WORK)
     multipliers, holding : ndarray
-        See `kanefe.kernels.evaluation.evaluation.Workspace`.
+        See `kanefe.kernels.scene.Work`.
     """
 
     evaluation: Prepared

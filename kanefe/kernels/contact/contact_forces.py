@@ -48,7 +48,7 @@ ROUND_OFF = 10.0 * EPSILON
 REST = RestNumbers.number_count
 
 Touching = namedtuple("Touching", "along carried rate normal stretch rubbed")
-"""What a point does that touches. `along, carried`: velocity along the surface, and that of a belt, m/s; `rate`: of the
+"""Motion of a point that touches. `along, carried`: velocity along the surface, and that of a belt, m/s; `rate`: of the
 depth, m/s; `stretch`: of the anchor, m; zero without friction; `rubbed`: all zero without friction."""
 
 
@@ -262,7 +262,7 @@ def way_past(at: AtState, i: int, place: Place, to: float) -> tuple[float, float
 
 
 WatchedSoFar = namedtuple("WatchedSoFar", "deepest shallowest most least is_any")
-"""What is known of the points of a contact for its events. `deepest, shallowest`: depths, m; `most, least`: of held
+"""State of the points of a contact for its events. `deepest, shallowest`: depths, m; `most, least`: of held
 points the largest pull beyond what friction holds, and of slipping ones the least, N; `is_any`: whether there are
 any."""
 

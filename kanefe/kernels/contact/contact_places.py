@@ -104,7 +104,7 @@ class AnchorStates(Record):
 
 
 Place = namedtuple("Place", "depth normal point share")
-"""Where a point is to the surface: depth (m), normal and place in N, and its share of the stiffness."""
+"""Place of a point against the surface: depth (m), normal and place in N, and its share of the stiffness."""
 
 AtState = namedtuple("AtState", "own numbers ends states")
 """A contact at a state: its numbers, all that it is given, the motion of its ends, and its internal states."""

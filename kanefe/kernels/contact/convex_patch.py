@@ -45,7 +45,7 @@ it may touch with them; `share`: how much of a shape that touches there is the f
 line between its ends, which discs and margin round."""
 
 Patch = namedtuple("Patch", "gap close narrow")
-"""What the places of a patch are measured by: the gap; what is close beside a face, and a narrow length, m."""
+"""Measures of the places of a patch: the gap; what is close beside a face, and a narrow length, m."""
 
 
 @inlined

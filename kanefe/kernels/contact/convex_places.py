@@ -32,7 +32,7 @@ class PairNumbers(Record):
 PAIR = PairNumbers.number_count
 
 PatchMet = namedtuple("PatchMet", "factor slots ahead behind")
-"""Where shapes touch, and ahead and behind; what the difference of both is multiplied by."""
+"""Places where shapes touch, and ahead and behind; what the difference of both is multiplied by."""
 
 Pose = namedtuple("Pose", "R x")
 """How what touches is turned and moved in the axes of what is touched, or how that changes."""

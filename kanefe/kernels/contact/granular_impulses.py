@@ -1,7 +1,7 @@
 """Impulses among many loose bodies in a step over impacts: Gauss and Seidel's iteration over their contacts.
 
 Each contact goes on from the speeds that the others have left. The law is that of
-`kanefe.kane.rigid_contacts.step_impulses`: where the impulses among bodies that touch each other would make energy, the
+`kanefe.kernels.impacts.step_impulses`: where the impulses among bodies that touch each other would make energy, the
 restitution among them is lowered, or the mean of the rates before and after the step obeys the law. Bodies that touch
 are known by a tree each (R. E. Tarjan, J. ACM 22 (1975) 215-225).
 """

@@ -16,7 +16,7 @@ from kanefe.kernels.contact.hull_shares import HullMet, hull_corner, hull_met
 from kanefe.kernels.force_elements.places import Ends
 
 Met = namedtuple("Met", "boxes corners patch")
-"""What is known of all points of a contact, of that kind of it that the contact is."""
+"""Knowledge of all points of a contact, of that kind of it that the contact is."""
 
 
 @inlined

@@ -96,7 +96,7 @@ class Asked(NamedTuple):
 
 
 ASKED = Asked(is_implicit=False, keeps=False, t=0.0, share_damping=0.0, share_stiffness=0.0)
-"""What a prepared call is told before it is called."""
+"""Way of an evaluation that a prepared call is told before it is called."""
 
 
 @entry(REAL, COMPLEX)
@@ -160,7 +160,7 @@ def put_rates(
 
 @inlined
 def put_rates_of_coordinates(scene: Scene, state: State, dq: np.ndarray) -> None:
-    """Write dq/dt (Eq. 5, 6)."""
+    """Write dq/dt."""
     links, bodies = links_of(scene), AllModalCoordinates(scene.flexible.bodies)
     for i in range(len(links)):
         put_coordinate_rates(links[i], state.q, state.u, dq)

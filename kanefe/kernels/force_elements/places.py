@@ -13,7 +13,7 @@ SIGNATURE = (NUMBER, NUMBERS, NUMBERS, VALUES, VALUES, VALUES)
 """Kinds of the arguments of the function: t, numbers, inputs, ends, states, out."""
 
 WATCH_SIGNATURE = (NUMBER, *[NUMBERS] * 5)
-"""The same of a function that writes what events of a load look at, for real numbers alone."""
+"""Kinds of the arguments of a function that writes what events of a load look at, for real numbers alone."""
 
 
 class End(Record):

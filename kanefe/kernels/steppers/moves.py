@@ -9,7 +9,7 @@ from kanefe.kernels.joints.ball import put_turned
 from kanefe.kernels.steppers.step_commands import Step
 
 STRAIGHT = 0
-"""Kind of a move: one coordinate follows one speed; else four parameters follow three."""
+"""Number of the kind of a move in which one coordinate follows one speed; else four parameters follow three."""
 
 
 @kernel

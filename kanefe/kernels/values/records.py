@@ -504,14 +504,14 @@ def allocate(record: type[R], **whole: int) -> tuple[np.ndarray, ...]:
 
     Parts among its integers and numbers begin behind its fields; in a pool they begin one behind the other.
     """
-    counts, known = _layout(record, tuple(whole.items()))
+    counts, known = _layout(record, tuple(whole.items()))  # type: ignore[arg-type]  # mypy: a class has no hash
     integers = np.zeros(counts[INTEGERS], int)
     integers[: len(known)] = known
     return tuple(integers if name == INTEGERS else np.zeros(counts[name]) for name in record.memories)
 
 
 @lru_cache(maxsize=256)
-def _layout(record: type[R], given: tuple[tuple[str, int], ...]) -> tuple[dict[str, int], list[int]]:
+def _layout(record: type[Record], given: tuple[tuple[str, int], ...]) -> tuple[dict[str, int], list[int]]:
     """Return how many numbers each array has, and the whole numbers of the fields."""
     whole = {name: 0 for name, field in record.fields.items() if field.is_whole} | dict(given)
     counts = dict.fromkeys(record.memories, 0) | {INTEGERS: record.integer_count, NUMBERS: record.number_count}

@@ -19,13 +19,13 @@ STIFFNESS_RATIO = 1.0
 """Default stiffness of an anchor relative to that of the normal law."""
 
 Sliding = namedtuple("Sliding", "share pressed normal A_s along stretch is_held waits rests")
-"""What a law is asked about, a point that touches: its share of the contact; the normal force, N; the normal, and the
+"""Question to a law, about a point that touches: its share of the contact; the normal force, N; the normal, and the
 axes of the surface, in N; the velocity along the surface, m/s, and the stretch, m, in N; whether it sticks as far as
 that is remembered; whether an event ends the sticking, see `kanefe.kernels.constraints.tolerances.HELD_BEYOND`; and
 whether the stretch follows the motion from a state of rest."""
 
 Rubbed = namedtuple("Rubbed", "force stretch_rate stiffness slip beyond")
-"""What a law gives: friction, N, against the motion; the rate of the stretch, m/s; the stiffness whose energy is in the
+"""Answer of a law: friction, N, against the motion; the rate of the stretch, m/s; the stiffness whose energy is in the
 stretch, N/m; the speed of the slip, m/s; and the pull beyond what friction holds, or what of it slips, N."""
 
 

@@ -18,7 +18,7 @@ STEP = 1e-30
 
 
 class Pressed(NamedTuple):
-    """What a law gives: force (N), the part of it that is elastic, the energy of that (J), the branch's rate (1/s)."""
+    """Answer of a law: force (N), the part of it that is elastic, the energy of that (J), the branch's rate (1/s)."""
 
     force: float
     elastic: float
@@ -26,11 +26,11 @@ class Pressed(NamedTuple):
 
 
 Pressing = namedtuple("Pressing", "share depth rate more branch")
-"""What a law is asked about: the share of the contact that a point has; its depth, m, above 0, and the rate of that,
+"""Question to a law: the share of the contact that a point has; its depth, m, above 0, and the rate of that,
 m/s; what an impact added to the damping; and the branch of a hysteresis, -1 to 1."""
 
 NormalForce = namedtuple("NormalForce", "force elastic energy branch_rate")
-"""What a law gives: force and the elastic part of it (N), the energy of that (J), the rate of the branch (1/s)."""
+"""Answer of a law: force and the elastic part of it (N), the energy of that (J), the rate of the branch (1/s)."""
 
 
 class NormalLaw(ABC):
