@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from abc import ABC
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -329,8 +329,9 @@ class Load(ABC):
 
 
 def _copy(load: Any) -> Any:
-    if hasattr(load, "__dataclass_fields__"):
-        return replace(load)
-    other = load.__class__.__new__(load.__class__)
-    other.__dict__.update(load.__dict__)
+    """Return a copy with all that a load knows, but what it has computed on request."""
+    kind = type(load)
+    other = kind.__new__(kind)
+    known = {k: v for k, v in load.__dict__.items() if not isinstance(getattr(kind, k, None), cached_property)}
+    other.__dict__.update(known)
     return other

@@ -242,10 +242,6 @@ class Rope(AlongLine):
         """Return the rope with its slack and taut events."""
         return self._with(looks_for_slack=True)
 
-    def with_ends(self, ends: tuple[Any, ...]) -> Rope:
-        """Return the same rope between other frames."""
-        return self._with(ends=ends)
-
     def _with(self, **changes: Any) -> Rope:
         return changed(self, ("looks_for_slack", "parts"), changes)
 

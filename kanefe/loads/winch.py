@@ -162,10 +162,6 @@ class Winch(AlongLine):
     def _with(self, **changes: Any) -> Winch:
         return changed(self, ("length", "is_settled", "looks_for_slack", "parts"), changes)
 
-    def with_ends(self, ends: tuple[Any, ...]) -> Winch:
-        """Return the same winch between other frames."""
-        return self._with(ends=ends)
-
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
         """Return length of the path (m), length paid out (m), rate (m/s), tension (N), and whether it is slack (1)."""
         length, rate, _ = self.path(t, ends)

@@ -1,5 +1,8 @@
 """Loads from outside the package: what they must have, and that all routes see the same of them."""
 
+from dataclasses import dataclass, field
+from functools import cached_property
+
 import numpy as np
 import pytest
 from numba import cfunc, types
@@ -214,3 +217,25 @@ def test_ends_and_names_are_checked_and_the_users_object_stays():
     with pytest.raises(kf.ModelError, match=r"end 0 of load 'else'.*another system"):
         scene.add(Magnet("else", (other.ground, ball), 1.0))
     assert scene.simulate((0.0, 0.1)).load("it").shape[1] == 1
+
+
+@dataclass(frozen=True, eq=False)
+class Begun(kf.Load):
+    """A load that knows something since the start of a scene, and computes something of its ends."""
+
+    name: str
+    ends: tuple
+    length: float = field(default=np.nan, init=False)
+
+    @cached_property
+    def count(self):
+        return len(self.ends)
+
+
+def test_a_copy_between_other_frames_keeps_what_is_known_and_computes_anew():
+    load = Begun("load", ("a", "b"))
+    object.__setattr__(load, "length", 2.0)
+    assert load.count == 2
+    other = load.with_ends(("a", "b", "c"))
+    assert (other.length, other.count, other.ends) == (2.0, 3, ("a", "b", "c"))
+    assert load.ends == ("a", "b")
