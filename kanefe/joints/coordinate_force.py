@@ -12,8 +12,8 @@ import numpy as np
 from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
-from kanefe.kernels.force_elements.blocks import flat
 from kanefe.kernels.loads.coordinate_law import CoordinateLaw, coordinate_force, coordinate_potential, coordinate_slopes
+from kanefe.kernels.values.records import filled
 
 
 @dataclass(frozen=True)
@@ -202,24 +202,24 @@ class CoordinateForce:
     @cached_property
     def law(self) -> Vector:
         """Its numbers without friction, as in `kanefe.kernels.loads.coordinate_law`."""
-        spring = self.stiffness, self.damping, self.rest
-        return flat(CoordinateLaw(*spring, self.lower, self.upper, self.limit_stiffness, self.limit_damping))
+        same = {name: getattr(self, name) for name in ("stiffness", "damping", "rest", "lower", "upper")}
+        return filled(CoordinateLaw, **same, stop_stiffness=self.limit_stiffness, stop_damping=self.limit_damping)
 
     def force(self, q: float, rate: float) -> float:
         """Return the generalised force without friction at coordinate q (m) and its rate (m/s), N."""
-        return float(sum(coordinate_force(self.law, q, rate)))
+        return float(sum(coordinate_force(CoordinateLaw(self.law), q, rate)))
 
     def potential(self, q: float) -> float:
         """Return the energy in the spring and in the stops at coordinate q, J."""
-        return float(coordinate_potential(self.law, q))
+        return float(coordinate_potential(CoordinateLaw(self.law), q))
 
     def dissipation(self, q: float, rate: float) -> float:
         """Return the power dissipated by damping and stops, W."""
-        return float(-coordinate_force(self.law, q, rate)[1] * rate)
+        return float(-coordinate_force(CoordinateLaw(self.law), q, rate)[1] * rate)
 
     def slopes(self, q: float, rate: float) -> tuple[float, float]:
         """Return stiffness and damping at coordinate q and its rate, N/m and N s/m: minus the slopes of the force."""
-        k, c = coordinate_slopes(self.law, q, rate)
+        k, c = coordinate_slopes(CoordinateLaw(self.law), q, rate)
         return float(k), float(c)
 
 

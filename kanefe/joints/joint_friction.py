@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -150,7 +150,7 @@ class RubbingSurfaces:
     def load(self, wrench: Vector, drag: float) -> float:
         """Return n (N) from a reaction (6,), in axes of the body's frame about its origin, and the drag of a thread."""
         axis, force, moment = (tensors.Vector(*part) for part in (self.axis, wrench[:3], wrench[3:]))
-        return float(load_of(self, axis, force, moment, drag))
+        return float(load_of(cast(Any, self), axis, force, moment, drag))
 
 
 class Wanted(NamedTuple):

@@ -20,14 +20,12 @@ class Tables(NamedTuple):
     rows : ndarray of int, shape (rows, ROW_INTEGERS)
     geometry : ndarray, shape (rows, ROW_NUMBERS)
     gravity : ndarray, shape (3,)
-    loads : ndarray of int, shape (loads, 4)
-        Row, first of three inputs, is a torque, follows.
-    points : ndarray, shape (loads, 12)
-        Where the loads act, in axes of their rows, and the axes of following loads to those of their rows.
-    joint_forces : ndarray of int, shape (forces, 4)
-        Coordinate (-1 - drive if driven), speed, law, input.
-    laws : ndarray, shape (forces, 7)
-        Stiffness, damping, rest, friction, friction speed, lower, upper, stiffness and damping of the stops.
+    loads, points : ndarray
+        Forces and torques: `kanefe.kernels.loads.point_and_field_loads.PointLoad`.
+    joint_forces : ndarray of int
+        Along joint coordinates: `kanefe.kernels.loads.joint_forces.JointForce`.
+    laws : ndarray
+        `kanefe.kernels.loads.coordinate_law.CoordinateLaw`.
     sizes : ndarray of int
         Coordinates, free speeds, driven coordinates, internal states of loads.
     numbers : ndarray
@@ -56,9 +54,8 @@ class FlexibleTables(NamedTuple):
         Constants of the bodies and bases of interfaces.
     carrying : ndarray of int
         Rows of interfaces that carry something, body by body.
-    fields : ndarray of int, shape (distributed loads, 7)
-        Body, first input, is a pressure, follows, first constant in `pool`; second-order moments in the pool, (k, 3 k),
-        or -1, and their workspace in the modal work.
+    fields : ndarray of int
+        Distributed loads: `kanefe.kernels.loads.point_and_field_loads.Traction`.
     sizes : ndarray of int
         Modal work, border work, slope measure.
     """
@@ -72,48 +69,40 @@ class FlexibleTables(NamedTuple):
 
 @in_place
 class Reach(NamedTuple):
-    """Data that determine which loads between frames can act. All but swept loads are in teams of adjacent loads.
+    """Data that determine which loads between frames can act: the records of `kanefe.kernels.loads.reach`.
+
+    All but swept loads are in teams of adjacent loads.
 
     Attributes
     ----------
-    teams : ndarray of int, shape (teams, TEAM_INTEGERS)
-        First load and number of loads; a ball about all their ends, where they have one and the same bounds, or -1;
-        their first internal state and how many there are, or -1 where these are not beside each other; the flexible
-        body of their points or -1, how many points these are, where their numbers begin, whether they turn, and whether
-        all ends are the points themselves.
-    loads : ndarray of int, shape (loads, 3)
-        Row of the first end, first of its balls among `members`, and number of balls; 0: it may always act.
-    balls : ndarray of int, shape (balls, BALL_INTEGERS)
-        Row (-1: N), and the swell that it grows by or -1. Those that are swept come first.
-    centres : ndarray, shape (balls, BALL)
-        Centre in the row and radius.
-    swells : ndarray of int, shape (swells, 2)
-        Flexible body, and the first of its weights.
+    teams : ndarray of int
+        `Team`.
+    loads, bounds : ndarray
+        `Bound`, of each load.
+    balls, centres : ndarray
+        `RowBall`.
+    swells : ndarray of int
+        `Swell`.
     weights : ndarray
         Of the modes, of all swells.
     members : ndarray of int
         Balls of loads, one load after the other.
-    bounds : ndarray, shape (loads, BOUNDS_NUMBERS)
-        Origin and axes of a box in the row of the first end, its lower and upper corner, how far it is rounded, by how
-        much a ball counts as larger, and whether it is a room, that what is in it does not reach.
-    pairs : ndarray of int, shape (swept loads, 2)
-        ``a * balls + b`` of the two balls, a < b, in rising order, and the load.
+    pairs : ndarray of int
+        `Pair`, of each swept load.
     points : ndarray
-        Of each team with points: undeformed places in G, (n, 3), and motion from the modes, (k, 3 n), or (k, 6 n) of
-        those that turn.
-    sizes : ndarray of int, shape (3,)
-        First of the loads that are found by a sweep over balls, how many balls it has, and whether one of these loads
-        has internal states.
+        Of each team with points: undeformed places in G, and motion from the modes.
+    sizes : ndarray of int
+        `ReachSizes`.
     """
 
     teams: IntegerRows
     loads: IntegerRows
+    bounds: RealRows
     balls: IntegerRows
     centres: RealRows
     swells: IntegerRows
     weights: Reals
     members: Integers
-    bounds: RealRows
     pairs: IntegerRows
     points: Reals
     sizes: Integers
@@ -125,38 +114,30 @@ class LoadsBetween(NamedTuple):
 
     Attributes
     ----------
-    loads : ndarray of int, shape (n, LOAD_INTEGERS)
-        First end and number of ends, first of its numbers, first input, first internal state and number of states,
-        team (-1: none), first point in it, number of points and the end that is the first of them.
-    addresses : ndarray of int, shape (n, 2)
-        Of its function for real and for complex numbers.
-    rows : ndarray of int, shape (ends,)
-        Row of each end (-1: N, COORDINATE, A_POINT).
-    markers : ndarray, shape (ends, MARKER_NUMBERS)
+    loads : ndarray of int
+        `kanefe.kernels.loads.acting.BetweenLoad`.
+    ends, markers : ndarray
+        `kanefe.kernels.loads.acting.LoadEnd`, of one load after the other.
     numbers : ndarray
         Constants of all loads.
     decay_rates, decay_energies : ndarray, shape (states,)
         Of states of loads that cannot act: l of ``dz/dt = -l z``, and e of an energy ``e z^2``.
     reach : Reach
         Where loads can act.
-    workspace_size : ndarray of int, shape (3,)
-        How many numbers the workspace of loads has, that of `find_near` at its beginning, and that of points after it.
-    bearings : ndarray of int, shape (k, 3)
-        Of loads that follow the reaction of a joint: number of the load, row of the joint's body, and whether moments
-        count.
-    bearing_places : ndarray, shape (k, 6)
-        Origin of that body's frame, and the axis of the joint, in axes of the row.
+    workspace : ndarray of int
+        The whole numbers of `kanefe.kernels.loads.acting.Acting`.
+    bearings, bearing_places : ndarray
+        `kanefe.kernels.loads.joint_reactions.Bearing`.
     """
 
     loads: IntegerRows
-    addresses: IntegerRows
-    rows: Integers
+    ends: IntegerRows
     markers: RealRows
     numbers: Reals
     decay_rates: Reals
     decay_energies: Reals
     reach: Reach
-    workspace_size: Integers
+    workspace: Integers
     bearings: IntegerRows
     bearing_places: RealRows
 

@@ -330,7 +330,7 @@ class Load(ABC):
 
 def _copy(load: Any) -> Any:
     """Return a copy with all that a load knows, but what it has computed on request."""
-    kind = type(load)
+    kind: Any = type(load)
     other = kind.__new__(kind)
     known = {k: v for k, v in load.__dict__.items() if not isinstance(getattr(kind, k, None), cached_property)}
     other.__dict__.update(known)

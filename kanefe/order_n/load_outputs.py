@@ -10,7 +10,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.evaluation.evaluation import scene_of
-from kanefe.kernels.loads.telling import tell_states
+from kanefe.kernels.loads.telling import States, tell_states
 from kanefe.kernels.scene import memory_size
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import told_loads
@@ -40,9 +40,9 @@ class LoadOutputs:
         self._width = int(counts.sum())
         scene = scene_of(route.tables, route.flexible, between, no_loops())
         self._memory_size = memory_size(scene)
-        self._bound = tell_states.bound(scene, counts, *(LATER,) * 6)
+        self._bound = tell_states.bound(scene, counts, *(LATER,) * 3)
 
     def prepared(self, times: Vector, drives: np.ndarray, values: Matrix, states: Matrix) -> tuple[Call, Matrix]:
         """Return the call for some states, and what it writes, (T, outputs)."""
         found = np.zeros((len(states), self._width))
-        return self._bound.prepared(times, drives, values, states, found, np.zeros(self._memory_size)), found
+        return self._bound.prepared(States(times, drives, values, states), found, np.zeros(self._memory_size)), found

@@ -24,7 +24,7 @@ from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate, scene_of
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.loads.loads_layout import COMPLEX, no_loads_between
+from kanefe.kernels.loads.acting import BetweenLoads
 from kanefe.kernels.scene import Scene, links_of, memory_size
 from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, Run, step_of
 from kanefe.kernels.tree import GivenLink, Kind
@@ -39,7 +39,7 @@ from kanefe.order_n.swept_state import MotionsKernel, SweptState
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
-from kanefe.order_n.tables.load_tables import loads_between
+from kanefe.order_n.tables.load_tables import loads_between, no_loads_between
 from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import QUADRATURES, ModelData
@@ -181,7 +181,7 @@ class OrderN(LiteralRoute):
     def complete(self) -> tuple[FrameOffsets, Scene]:
         """A scene in which every body and every interface has a row of its own, and where frames are in it."""
         builder = TableBuilder(self.model, is_complete=True)
-        return builder, scene_of(*builder.tables(), no_loads_between(), no_loops())
+        return builder, scene_of(*builder.tables(), no_loads_between(builder), no_loops())
 
     @cached_property
     def force_kernel(self) -> ForceKernel:
@@ -358,7 +358,7 @@ class OrderN(LiteralRoute):
     def is_complex(self) -> bool:
         """Whether all kernels of the scene take complex numbers, from which exact derivatives come."""
         of_links = all(GivenLink(one).complex_function for one in links_of(self.scene) if one.kind == Kind.GIVEN)
-        return of_links and bool(np.all(self.between.addresses[:, COMPLEX] != 0))
+        return of_links and all(load.complex_function for load in BetweenLoads(self.between.loads))
 
     def balance(self, run: Run) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.evaluation.momenta`."""

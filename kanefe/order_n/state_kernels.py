@@ -10,7 +10,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.evaluation.masses import put_masses
 from kanefe.kernels.force_elements.places import WRENCH, WRENCHES
-from kanefe.kernels.loads.telling import tell_states
+from kanefe.kernels.loads.telling import States, tell_states
 from kanefe.order_n.evaluated import Evaluated
 
 
@@ -29,7 +29,7 @@ class StateKernels:
         self._ends = [len(route.model.loads[number].ends) for number in order]
         counts = WRENCHES + WRENCH * np.array(self._ends, dtype=np.int64)
         self._masses = put_masses.bound(route.scene, *(LATER,) * 4)
-        self._told = tell_states.bound(route.scene, counts, *(LATER,) * 6)
+        self._told = tell_states.bound(route.scene, counts, *(LATER,) * 3)
 
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free and the driven speeds, (free + driven, free + driven)."""
@@ -47,7 +47,7 @@ class StateKernels:
         found = np.empty((1, sum(WRENCHES + WRENCH * count for count in self._ends)))
         states, drives, values = np.asarray(y, dtype=float)[None], route.drives(t)[None], route.values(t, y)[None]
         memory = np.empty(route.memory_size)
-        self._told(np.array((t,)), drives, values, states, found, memory)
+        self._told(States(np.array((t,)), drives, values, states), found, memory)
         for number, count in zip(self._order, self._ends, strict=True):
             at += WRENCHES
             wrenches[number] = found[0, at : at + WRENCH * count].reshape(count, WRENCH)

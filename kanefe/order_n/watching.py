@@ -11,7 +11,9 @@ from kanefe.kernels.compiler.entries import LATER, Bound, Call
 from kanefe.kernels.constraints.contact_margins import MARGINS, Watched
 from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.evaluation.evaluation import scene_of
-from kanefe.kernels.loads.watching import NEAR, path_size, watch_states
+from kanefe.kernels.loads.reach import ReachSizes
+from kanefe.kernels.loads.telling import States
+from kanefe.kernels.loads.watching import NEAR, Looks, WatchedLoads, WatchWork, watch_states
 from kanefe.kernels.scene import memory_size
 from kanefe.order_n.contact_watching import COLUMNS, watching_call
 from kanefe.order_n.evaluated import Evaluated
@@ -45,7 +47,8 @@ class Watching:
     def __init__(self, route: Evaluated) -> None:
         self._route = route
         between, numbers = watched_loads(route.places)
-        self._scene = scene_of(route.tables, route.flexible, between, no_loops())
+        paths = {"watched_count": len(between.loads), "swept_ball_count": ReachSizes(between.reach.sizes).swept_balls}
+        self._scene = scene_of(route.tables, route.flexible, between, no_loops(), WatchWork, **paths)
         counts = [len(route.model.loads[i].events) for i in numbers]
         ends = np.cumsum(counts, dtype=np.int64)
         self._counts = np.array(counts, dtype=np.int64)
@@ -88,12 +91,12 @@ class Watching:
         found, near = np.empty((len(times), self._width)), np.zeros(len(self.rows))
         if self.contact_columns and not self.columns:
             return watching_call(route, None, Watched(times, drives, inputs, states, found)), found, near
-        memory = np.empty(memory_size(self._scene) + path_size(self._scene.between))
-        of_loads = self._bound.prepared(times, drives, inputs, states, found, memory, change, only, near)
+        memory, looks = np.empty(memory_size(self._scene)), Looks(change, only, found, near)
+        of_loads = self._bound.prepared(States(times, drives, inputs, states), looks, memory)
         if not self.contact_columns:
             return of_loads, found, near
         return watching_call(route, of_loads, Watched(times, drives, inputs, states, found)), found, near
 
     @cached_property
     def _bound(self) -> Bound:
-        return watch_states.bound(self._scene, self._counts, self._far, *(LATER,) * 9)
+        return watch_states.bound(self._scene, WatchedLoads(self._counts, self._far), *(LATER,) * 3)

@@ -12,9 +12,12 @@ import scenes
 from kanefe import shapes
 from kanefe.kernels.events import roots_of_step
 from kanefe.kernels.events.watched_run import Lookouts, Passage, WatchedRun
-from kanefe.kernels.loads.reach import SWEPT_BALLS, find_near, gap_to, nearness_at
+from kanefe.kernels.loads.acting import acting_in
+from kanefe.kernels.loads.reach import Bound, Bounds, ReachSizes, find_near, gap_to
 from kanefe.kernels.scene import state_in, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.values.records import filled_rows
+from kanefe.kernels.values.tensors import Vector
 from kanefe.order_n.tables import reach_tables
 from touched_shapes import TOUCHED
 
@@ -29,19 +32,13 @@ def test_what_is_out_of_bounds_does_not_touch(shape):
     """Of balls that a shape's bounds say are away, all balls in them are away; some of those near by are not told."""
     rng = np.random.default_rng(3)
     bounds = shape.bounds
-    row = np.concatenate(
-        (
-            np.zeros(3),
-            bounds.axes.ravel(),
-            bounds.lower,
-            bounds.upper,
-            (bounds.rounding, bounds.stretch, float(bounds.is_room)),
-        )
-    )[None]
+    own = {name: getattr(bounds, name) for name in ("axes", "lower", "upper", "rounding", "stretch", "is_room")}
+    own |= {"row": -1, "first_ball": 0, "ball_count": 0, "origin": np.zeros(3)}
+    bound = Bounds(*filled_rows(Bound, [own]))[0]
     told = 0
     for _ in range(1000):
         centre, radius = rng.uniform(-1.5, 1.5, 3), rng.uniform(0.0, 0.2)
-        if gap_to(row, 0, tuple(bounds.axes.T @ centre), radius) <= 0.0:
+        if gap_to(bound, Vector(*(bounds.axes.T @ centre)), radius) <= 0.0:
             continue
         told += 1
         for _ in range(5):
@@ -119,8 +116,7 @@ def near_loads(model, y: np.ndarray) -> int:
     work = work_in(route.scene, np.zeros(route.memory_size))
     sweep_outward(route.scene, state_in(route.tables, 0.0, y, np.zeros((0, 3)), np.zeros(0)), work, False)
     find_near(route.scene, work)
-    at = nearness_at(route.between.reach)
-    return int((work.acting[at : at + len(route.between.loads)] > 0.0).sum())
+    return int((acting_in(route.scene, work).nearness > 0.0).sum())
 
 
 @pytest.mark.filterwarnings("ignore:contact:kanefe.SimulationWarning")
@@ -187,7 +183,7 @@ def test_events_of_many_balls_do_not_depend_on_how_pairs_are_found(monkeypatch):
         monkeypatch.setattr(reach_tables, "SWEEP_FROM", sweep_from)
         scene = box_of_balls(9)
         events = scene.simulate((0.0, 0.15), rtol=1e-8, output_step=0.05).events
-        assert scene.freeze().route.between.reach.sizes[SWEPT_BALLS] == (9 if sweep_from == 0 else 0)
+        assert ReachSizes(scene.freeze().route.between.reach.sizes).swept_balls == (9 if sweep_from == 0 else 0)
         touches.append(sorted((x[0], name) for name, x in events.items() if name.endswith("touch") and len(x)))
     assert [name for _, name in touches[0]] == [name for _, name in touches[1]]
     assert len(touches[0]) > 5

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy, numbers_of
+from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, vector_kernel
 from kanefe.kernels.constraints.constraint_rows import End, RowKind
 from kanefe.kernels.constraints.loop_tables import LEAST_SHARE, Held, LoopFactors, rows_of, terms_of
@@ -127,8 +127,7 @@ def _bend(scene: Scene, work: Work, visit: Visit, way: Carried, moves: bool) -> 
     if link.carries:
         visit.force, visit.moment = G.T @ way.f, G.T @ way.n
     else:
-        f, n = numbers_of(-way.f), numbers_of(-way.n)
-        share_of_modes(scene.flexible, scene.tables.rows, visit.row, f, n, frames.numbers, modal, visit.p)
+        share_of_modes(scene, frames, modal, visit.row, (-way.f, -way.n), visit.p)
         moved = 0.0 * moved
     return moved, could
 

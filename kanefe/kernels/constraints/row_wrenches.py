@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import as_vector, numbers_of, vector
+from kanefe.kernels.algebra.vectors import as_vector, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, exert, motion_of_end
 from kanefe.kernels.constraints.loop_tables import RowWork, holds, is_normal, rows_of, terms_of
@@ -115,7 +115,7 @@ def push_row(scene: Scene, work: Work, kept: RowWork, j: int, multiplier: Any, r
     for end in range(2):
         force, moment = wrench_on(scene, work, kept, j, end, rubs)
         i = row.b.row if end == 1 else row.a.row
-        push(scene, work, i, numbers_of(multiplier * force), numbers_of(multiplier * moment))
+        push(scene, work, i, multiplier * force, multiplier * moment)
 
 
 @inlined

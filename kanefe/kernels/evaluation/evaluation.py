@@ -21,10 +21,10 @@ from kanefe.kernels.constraints.loop_tables import hold_size
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_inward
 from kanefe.kernels.joints.by_kind import put_coordinate_rates
+from kanefe.kernels.loads.acting import acting_size
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.joint_reactions import add_reactions, follow_reactions
 from kanefe.kernels.loads.loads_between import add_loads_between
-from kanefe.kernels.loads.loads_layout import WHOLE
 from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
 from kanefe.kernels.scene import Rates, Scene, Sizes, State, Work, bodies_of, links_of, rates_in, state_in, work_in
 from kanefe.kernels.steppers.step_commands import (
@@ -47,13 +47,15 @@ from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.kernels.values.records import laid_out
 
 
-def scene_of(tables: Tables, flexible: FlexibleTables, between: LoadsBetween, loops: Loops) -> Scene:
-    """Return a scene, with what its evaluation writes."""
+def scene_of(
+    tables: Tables, flexible: FlexibleTables, between: LoadsBetween, loops: Loops, kind: type[Work] = Work, **more: int
+) -> Scene:
+    """Return a scene, with what its evaluation writes; that of another kind has more whole numbers."""
     sizes = Sizes(tables.sizes)
     speeds = sizes.free_count + sizes.driven_count
     modal, border, _ = flexible.sizes.tolist()
     work = laid_out(
-        Work,
+        kind,
         row_count=len(tables.rows) + 1,
         speed_count=speeds,
         driven_count=sizes.driven_count,
@@ -62,7 +64,8 @@ def scene_of(tables: Tables, flexible: FlexibleTables, between: LoadsBetween, lo
         constraint_count=len(loops.rows),
         holding_size=hold_size(loops),
         bearing_count=len(between.bearings),
-        load_size=int(between.workspace_size[WHOLE]),
+        load_size=acting_size(between),
+        **more,
     )
     return Scene(tables, flexible, between, loops, work)
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy, put, three
+from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
@@ -35,13 +35,14 @@ from kanefe.kernels.evaluation.force_tables import (
 )
 from kanefe.kernels.evaluation.told_contacts import tell_contacts
 from kanefe.kernels.evaluation.told_forces import hold_components, tell_gears, tell_joints, tell_loops, tell_parts
-from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCHES, P
+from kanefe.kernels.force_elements.places import Done, Ends
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_force_inward
+from kanefe.kernels.joints.motion import put_three
+from kanefe.kernels.loads.acting import acting_in, loads_of
 from kanefe.kernels.loads.loads_between import apply_load, evaluate_load
-from kanefe.kernels.loads.loads_layout import END_COUNT, FIRST_END, TEAM, place_of_load, span_of_load
 from kanefe.kernels.loads.points import gather_points, push_points
-from kanefe.kernels.loads.reach import find_near, nearness_at
+from kanefe.kernels.loads.reach import find_near
 from kanefe.kernels.scene import Rates, Scene, State, Work, bodies_of, links_of, rates_in, state_in, work_in
 from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
 from kanefe.kernels.sweeps.elastic import combination
@@ -197,24 +198,23 @@ def put_forces(
 @expanded
 def add_and_tell_loads(scene: Scene, state: State, work: Work, own: ForceWork, told: np.ndarray) -> None:
     """Apply loads between frames one by one, and write what each does on its ends, in N, and where these are."""
-    between, acting, points = scene.between, work.acting, own.points
+    loads, acting, points = loads_of(scene), acting_in(scene, work), own.points
+    ends, wrenches = Ends(acting.ends), Done(acting.done).wrenches
     find_near(scene, work)
-    nearness = acting[nearness_at(between.reach) :]
-    told[: WRENCH * len(between.rows)] = 0.0
+    told[: WRENCH * len(scene.between.ends)] = 0.0
     points[:, :] = 0.0
-    for i in range(len(between.loads)):
-        if nearness[i] <= 0.0:
+    for n in range(len(loads)):
+        load = loads[n]
+        if acting.nearness[n] <= 0.0:
             continue
-        team, first = between.loads[i, TEAM], between.loads[i, FIRST_END]
-        gather_points(scene, work, team, i, i + 1)
-        evaluate_load(scene, state, work, i, i)
-        ends, done = acting[place_of_load(between) :], acting[span_of_load(between, i)]
-        for e in range(between.loads[i, END_COUNT]):
-            put(points, first + e, 0, three(ends, END_NUMBERS * e + P))
-            for c in range(WRENCH):
-                told[WRENCH * (first + e) + c] = done[WRENCHES + WRENCH * e + c]
-        apply_load(scene, work, i, i, own.load_rates)
-        push_points(scene, work, team, i, i + 1)
+        gather_points(scene, work, load.team, n, n + 1)
+        evaluate_load(scene, state, work, n, n)
+        for e in range(load.end_count):
+            put_three(points[load.first_end + e], 0, ends[e].p)
+        for c in range(WRENCH * load.end_count):
+            told[WRENCH * load.first_end + c] = wrenches[c]
+        apply_load(scene, work, n, n, own.load_rates)
+        push_points(scene, work, load.team, n, n + 1)
 
 
 @kernel

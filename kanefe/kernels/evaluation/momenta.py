@@ -12,7 +12,8 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.loads.coordinate_law import coordinate_potential
+from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_potential
+from kanefe.kernels.loads.joint_forces import JointForces, along
 from kanefe.kernels.loads.loads_between import potential_between
 from kanefe.kernels.scene import Scene, Sizes, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.step_commands import BalancedStep
@@ -90,11 +91,12 @@ def _modal_energies(scene: Scene, work: Work, f: int, frame: Frame) -> tuple[flo
 @kernel
 def _joint_energy(tables: Tables, state: State) -> float:
     """Return the energy in springs and stops along joint coordinates."""
-    energy = 0.0
-    for n in range(len(tables.joint_forces)):
-        at, law = tables.joint_forces[n, 0], tables.joint_forces[n, 2]
-        if law >= 0:
-            energy += coordinate_potential(tables.laws[law], state.q[at] if at >= 0 else state.drives[-1 - at, 0])
+    forces, laws, energy = JointForces(tables.joint_forces), CoordinateLaws(tables.laws), 0.0
+    for n in range(len(forces)):
+        force = forces[n]
+        if force.law >= 0:
+            position, _ = along(state, force.coordinate, force.speed)
+            energy += coordinate_potential(laws[force.law], position)
     return energy
 
 

@@ -16,16 +16,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import as_vector, copy, cross, plus, three
+from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
-from kanefe.kernels.force_elements.places import WRENCH
+from kanefe.kernels.force_elements.places import WRENCH, Wrenches
 from kanefe.kernels.joints.motion import put_three as put_vector
 from kanefe.kernels.joints.motion import three as vector_at
+from kanefe.kernels.loads.acting import COORDINATE, BetweenLoads, acting_in, ends_of, loads_of
 from kanefe.kernels.loads.load_tangents import (
     largest_of,
     put_tangents,
@@ -34,16 +35,13 @@ from kanefe.kernels.loads.load_tangents import (
     tangent_size,
 )
 from kanefe.kernels.loads.loads_between import evaluate_load
-from kanefe.kernels.loads.loads_layout import COORDINATE, END_COUNT, FIRST_END, FIRST_STATE, STATE_COUNT
-from kanefe.kernels.loads.loads_layout import SPEED as SPEED_OF_MARKER
-from kanefe.kernels.loads.markers import lever_of
 from kanefe.kernels.loads.point_and_field_loads import push
-from kanefe.kernels.loads.reach import nearness_at
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.step_commands import DirectedStep
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.tables import LoadsBetween
 from kanefe.kernels.tree import Kind
+from kanefe.kernels.values.tensors import cross
 
 NEGLIGIBLE = 1e-12
 """Fraction of the largest tangent of a load below which what is left of them is round-off."""
@@ -51,7 +49,7 @@ NEGLIGIBLE = 1e-12
 
 def directions_memory_size(between: LoadsBetween, speeds: int) -> int:
     """Return how many numbers the memory of `put_directions` has, with so many free and driven speeds."""
-    return 2 * speeds + max(tangent_size(int(row[END_COUNT]), int(row[STATE_COUNT])) for row in between.loads)
+    return 2 * speeds + max(tangent_size(load.end_count, load.state_count) for load in BetweenLoads(between.loads))
 
 
 class Directions(NamedTuple):
@@ -89,22 +87,21 @@ def put_directions(
     """
     step = DirectedStep(integers, reals, vectors)
     work, state = work_in(scene, memory), state_in(scene.tables, step.time_at, step.at, drives, inputs)
-    between, acting, speeds = scene.between, work.acting, len(work.applied)
-    m, most, first = len(state.u), step.most_directions, step.jacobian_row
+    loads, nearness, rank = loads_of(scene), acting_in(scene, work).nearness, 0
+    speeds, m, most, first = len(work.applied), len(state.u), step.most_directions, step.jacobian_row
     rest, given = own[2 * speeds :], Directions(scene, work, own[:speeds], own[speeds : 2 * speeds])
     shares = step.share_damping, step.share_stiffness, step.share_of_rates
     Z, W, X = vectors[first : first + most], vectors[first + most : first + 2 * most], vectors[first + 2 * most :]
-    nearness, rank = acting[nearness_at(between.reach) :], 0
-    for n in range(len(between.loads)):
-        followed = between.loads[n, STATE_COUNT] if shares[2] > 0.0 else 0
-        count, states = WRENCH * between.loads[n, END_COUNT], between.loads[n, FIRST_STATE]
+    for n in range(len(loads)):
+        followed = loads[n].state_count if shares[2] > 0.0 else 0
+        count, states = WRENCH * loads[n].end_count, loads[n].first_state
         if nearness[n] <= 0.0:  # its states decay
             for i in range(states, states + followed):
                 X[i] = 0.0
-                X[i, m + i] = 1.0 / (1.0 + shares[2] * between.decay_rates[i])
+                X[i, m + i] = 1.0 / (1.0 + shares[2] * scene.between.decay_rates[i])
             continue
         evaluate_load(scene, state, work, n, n)
-        tangents = tangent_memory(between, n, followed, rest)
+        tangents = tangent_memory(loads[n], followed, rest)
         if not put_tangents(scene, state, work, n, shares, tangents):
             tangents.T[:] = 0.0  # a step between growth and decay: the iteration will not converge, and tells it
         T = tangents.T
@@ -124,16 +121,16 @@ def put_directions(
 @kernel
 def _respond(scene: Scene, work: Work, n: int, wrenches: np.ndarray, du: np.ndarray) -> None:
     """Write what the tree answers to wrenches on the ends of a load."""
-    between = scene.between
+    load, ends, own = loads_of(scene)[n], ends_of(scene), acting_in(scene, work).done[: len(wrenches)]
+    copy(wrenches, own)  # a column, whose numbers are not one behind the other
+    on = Wrenches(own)
     clear_all_forces(scene, work)
-    for i in range(between.loads[n, END_COUNT]):
-        end = between.loads[n, FIRST_END] + i
-        row, force, moment = between.rows[end], three(wrenches, WRENCH * i), three(wrenches, WRENCH * i + 3)
-        if row == COORDINATE:
-            work.applied[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
-        elif row >= 0:
-            lever = lever_of(between.markers, end, row, work.frames.numbers)
-            push(scene, work, row, force, plus(moment, cross(lever, force)))
+    for i in range(load.end_count):
+        end, force = ends[load.first_end + i], on[i].force
+        if end.row == COORDINATE:
+            work.applied[end.speed] += force.x
+        elif end.row >= 0:
+            push(scene, work, end.row, force, on[i].moment + cross(work.frames[end.row].R @ end.point, force))
     sweep_forces_inward(scene, work, True, None)
     sweep_accelerations(scene, work, True, None, du)
 
@@ -142,23 +139,21 @@ def _respond(scene: Scene, work: Work, n: int, wrenches: np.ndarray, du: np.ndar
 def _put_row(given: Directions, n: int, share: float, along: np.ndarray, out: np.ndarray) -> None:
     """Write a share of a row over the motions of the ends of a load, and its states, over all unknowns."""
     scene, work, row = given.scene, given.work, given.row
-    between, free = scene.between, len(row) - len(work.driving)
-    count = between.loads[n, END_COUNT]
+    load, ends, on, free = loads_of(scene)[n], ends_of(scene), Wrenches(along), len(row) - len(work.driving)
+    count = load.end_count
     row[:] = 0.0
     for i in range(count):
-        end = between.loads[n, FIRST_END] + i
-        at, force, moment = between.rows[end], three(along, WRENCH * i), three(along, WRENCH * i + 3)
-        if at == COORDINATE:
-            row[int(between.markers[end, SPEED_OF_MARKER])] += force[0]
-        elif at >= 0:
-            lever = lever_of(between.markers, end, at, work.frames.numbers)
-            wrench = as_vector(force), as_vector(plus(moment, cross(lever, force)))
-            walk_inward(scene, work, at, wrench, row, given.reach)
+        end, force = ends[load.first_end + i], on[i].force
+        if end.row == COORDINATE:
+            row[end.speed] += force.x
+        elif end.row >= 0:
+            moment = on[i].moment + cross(work.frames[end.row].R @ end.point, force)
+            walk_inward(scene, work, end.row, (force, moment), row, given.reach)
     _over_speeds(scene, work, row, given.reach)
     out[:] = 0.0
     for i in range(free):
         out[i] = share * row[i]
-    states = free + between.loads[n, FIRST_STATE]
+    states = free + load.first_state
     for i in range(len(along) - WRENCH * count):
         out[states + i] = share * along[WRENCH * count + i]
 

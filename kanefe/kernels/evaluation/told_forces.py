@@ -42,7 +42,7 @@ from kanefe.kernels.evaluation.force_tables import (
 )
 from kanefe.kernels.joints.motion import put_three as put_vector
 from kanefe.kernels.layout import BASIS, BENT, COUNT, FLEXIBLE, FORCE, MOMENT, OFFSET, PARENT, POSITION, TANGENT, R
-from kanefe.kernels.loads.point_and_field_loads import point_load
+from kanefe.kernels.loads.point_and_field_loads import point_load, point_loads_of
 from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.sweeps.elastic import project
 from kanefe.kernels.values.tensors import ZERO
@@ -174,8 +174,9 @@ def tell_parts(scene: Scene, forces: ForceTables, state: State, work: Work, own:
                 force = plus(force, pull)
                 moment = plus(moment, plus(three(of_ends, WRENCH * first + 3), cross(arm, pull)))
             else:
-                pull, turning = point_load(tables, first, state.inputs, rows)
-                arm = minus(vector(rows, tables.loads[first, 0], POSITION), place)
-                force, moment = plus(force, pull), plus(moment, plus(turning, cross(arm, pull)))
+                load = point_loads_of(scene)[first]
+                given = point_load(load, state.inputs, work.frames[load.row])
+                pull, arm = numbers_of(given[0]), minus(vector(rows, load.row, POSITION), place)
+                force, moment = plus(force, pull), plus(moment, plus(numbers_of(given[1]), cross(arm, pull)))
         put_three(told, WRENCH * p, rotated_back(G, force))
         put_three(told, WRENCH * p + 3, rotated_back(G, moment))

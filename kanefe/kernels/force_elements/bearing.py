@@ -45,18 +45,10 @@ EDGE = 1e-9
 
 
 class Blend(NamedTuple):
-    """How coefficients at a speed are those of a table.
+    """How coefficients at a speed are those of a table."""
 
-    Attributes
-    ----------
-    row : int
-        That below the speed; -1: coefficients are constant.
-    low, high, low_slope, high_slope : float
-        Weights of its values, of the next one's, and of the slopes of both.
-    """
-
-    row: int
-    low: Any
+    row: int  # that below the speed; -1: coefficients are constant
+    low: Any  # weights of its values, of the next one's, and of the slopes of both
     high: Any
     low_slope: Any
     high_slope: Any

@@ -118,9 +118,3 @@ def rotation_vector_of(A: Matrix) -> Vector:
     sine = np.sqrt(square)
     angle = 2.0 * np.arctan(sine / cosine) if cosine.real > sine.real else np.pi - 2.0 * np.arctan(cosine / sine)
     return (sign * angle / sine) * e
-
-
-@inlined
-def nine(x: Any, at: int) -> tuple[Any, ...]:
-    """Return a matrix, row by row."""
-    return (x[at], x[at + 1], x[at + 2], x[at + 3], x[at + 4], x[at + 5], x[at + 6], x[at + 7], x[at + 8])

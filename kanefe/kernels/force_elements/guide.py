@@ -44,18 +44,10 @@ Place = tuple[int, Any, Any]
 
 
 class Foot(NamedTuple):
-    """A place of a line.
+    """A place of a line."""
 
-    Attributes
-    ----------
-    s : float
-        Its arc length.
-    r, slope, bend : Vector
-        The line there, and its first two derivatives by the arc length.
-    """
-
-    s: Any
-    r: Vector
+    s: Any  # its arc length
+    r: Vector  # the line there, and its first two derivatives by the arc length
     slope: Vector
     bend: Vector
 

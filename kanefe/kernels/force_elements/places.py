@@ -17,21 +17,11 @@ WATCH_SIGNATURE = (NUMBER, *[NUMBERS] * 5)
 
 
 class End(Record):
-    """The motion of an end, in components of N; of a joint coordinate x of `p` and `v` alone.
+    """The motion of an end, in components of N; of a joint coordinate x of `p` and `v` alone."""
 
-    Attributes
-    ----------
-    p : Vector
-        Origin, m.
-    A : Matrix
-        Axes.
-    v, w : Vector
-        Velocity of the origin and angular velocity.
-    """
-
-    p: Vector
-    A: Matrix
-    v: Vector
+    p: Vector  # origin, m
+    A: Matrix  # axes
+    v: Vector  # velocity of the origin and angular velocity
     w: Vector
 
 
@@ -40,15 +30,9 @@ class Ends(Rows[End]):
 
 
 class Wrench(Record):
-    """What a load exerts on an end, in components of N; on a joint coordinate x of the force alone.
+    """What a load exerts on an end, in components of N; on a joint coordinate x of the force alone."""
 
-    Attributes
-    ----------
-    force, moment : Vector
-        At the end's origin.
-    """
-
-    force: Vector
+    force: Vector  # at the end's origin
     moment: Vector
 
 
@@ -57,32 +41,27 @@ class Wrenches(Rows[Wrench]):
 
 
 class Done(Record):
-    """What a load writes.
+    """What a load writes."""
 
-    Attributes
-    ----------
-    potential : float
-        J.
-    taken, given : float
-        Power that it dissipates, and that it supplies other than from its potential, W.
-    wrenches : list
-        `Wrenches`, and then the rates of its states.
-    """
-
-    potential: float
-    taken: float
+    potential: float  # J
+    taken: float  # power that it dissipates, and that it supplies other than from its potential, W
     given: float
-    wrenches: Annotated[Any, Behind()]
+    wrenches: Annotated[Any, Behind()]  # `Wrenches`, and then the rates of its states
 
 
 END_NUMBERS, WRENCH, WRENCHES = End.number_count, Wrench.number_count, Done.number_count
 """How many numbers an end and a wrench have, and how many are written before the wrenches."""
 
-P, A, V, W = (column(End, name) for name in "pAvw")
-POTENTIAL, TAKEN, GIVEN = (column(Done, name) for name in ("potential", "taken", "given"))
+P, A, V = (column(End, name) for name in "pAv")
 
 
 @inlined
 def rates_of(done: Done, count: int) -> Any:
     """Return the list in which the rates of states of a load with so many ends are written."""
     return numbers_from(Wrenches(done.wrenches)[count])
+
+
+@inlined
+def done_size(ends: int, states: int) -> int:
+    """Return how many numbers a load with so many ends and internal states writes."""
+    return WRENCHES + WRENCH * ends + states

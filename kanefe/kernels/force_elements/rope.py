@@ -8,10 +8,10 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import called_by_address
-from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Wrenches
+from kanefe.kernels.force_elements.spring import line_between
 from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
 from kanefe.kernels.values.records import Behind, Record
-from kanefe.kernels.values.tensors import Vector, dot
 
 
 class Cable(Record):
@@ -91,7 +91,7 @@ def put_margins(cable: Cable, table: Any, parts: int, ends: Any, margins: tuple[
         out[0], at = 1.0, 1
         if stretch > 0.0:
             for i in range(int(cable.ends) - 1):
-                out[0] = min(out[0], leg(i, ends)[0] - WOUND_UP * table[parts + i])
+                out[0] = min(out[0], line_between(ends, i)[0] - WOUND_UP * table[parts + i])
     if cable.looks_for_slack > 0.0:
         out[at] = out[at + 1] = stretch
         at += 2
@@ -142,20 +142,10 @@ def way_over(count: int, ends: Any) -> tuple[Any, Any]:
     """Return the length of a way over points, and its rate."""
     way = rate = 0.0 * ends[0]
     for i in range(count - 1):
-        length, _, growth = leg(i, ends)
+        length, growth, _ = line_between(ends, i)
         way += length
         rate += growth
     return way, rate
-
-
-@inlined
-def leg(i: int, ends: Any) -> tuple[Any, Vector, Any]:
-    """Return the length of a part of a way from point to point, its direction, and how fast it grows."""
-    a, b = Ends(ends)[i], Ends(ends)[i + 1]
-    line = b.p - a.p
-    length = np.sqrt(dot(line, line))
-    e = (1.0 / length) * line
-    return length, e, dot(e, b.v - a.v)
 
 
 @inlined
@@ -164,7 +154,7 @@ def put_gradient(count: int, ends: Any, done: Done) -> tuple[Any, Any]:
     way = rate = 0.0 * ends[0]
     on = Wrenches(done.wrenches)
     for i in range(count - 1):
-        length, e, growth = leg(i, ends)
+        length, growth, e = line_between(ends, i)
         way += length
         rate += growth
         on[i].force -= e

@@ -41,9 +41,9 @@ def spring(t: float, numbers: Any, inputs: Any, ends: Any, states: Any, out: Any
 
 
 @inlined
-def line_between(ends: Any) -> tuple[Any, Any, Vector]:
-    """Return length, rate and direction of the line from the first end to the second."""
-    a, b = Ends(ends)[0], Ends(ends)[1]
+def line_between(ends: Any, first: int = 0) -> tuple[Any, Any, Vector]:
+    """Return length, rate and direction of the line from an end to the next."""
+    a, b = Ends(ends)[first], Ends(ends)[first + 1]
     line = b.p - a.p
     length = np.sqrt(dot(line, line))
     e = (1.0 / length) * line

@@ -11,21 +11,11 @@ SIGNATURE = (NUMBERS, VALUES, VALUES)
 
 
 class WrittenMotion(Record):
-    """The motion of M.
+    """The motion of M."""
 
-    Attributes
-    ----------
-    p, A : Vector, Matrix
-        Position and axes.
-    V, W : Vector
-        Partial velocity and partial angular velocity.
-    dV, dW : Vector
-        Their derivatives by the coordinate.
-    """
-
-    p: Vector
+    p: Vector  # position and axes
     A: Matrix
-    V: Vector
+    V: Vector  # partial velocity and partial angular velocity
     W: Vector
-    dV: Vector
+    dV: Vector  # their derivatives by the coordinate
     dW: Vector

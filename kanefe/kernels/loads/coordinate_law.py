@@ -2,31 +2,45 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.vectors import Numbers
 from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.values.records import Record, Rows
 
-CoordinateLaw = namedtuple("CoordinateLaw", "stiffness damping rest lower upper stop_stiffness stop_damping")
-"""Numbers of the law: N/m, N s/m and m, or with N m and rad in the place of N and m."""
 
-AT = places(CoordinateLaw)
+class CoordinateLaw(Record):
+    """Numbers of the law: N/m, N s/m and m, or with N m and rad in the place of N and m."""
+
+    stiffness: float
+    damping: float
+    rest: float
+    lower: float
+    upper: float
+    stop_stiffness: float
+    stop_damping: float
+
+
+class CoordinateLaws(Rows[CoordinateLaw]):
+    """The laws of a scene: of `Tables.laws`."""
 
 
 @inlined
-def coordinate_force(law: Any, position: Any, rate: Any) -> Numbers:
+def beyond_stop(law: CoordinateLaw, position: Any) -> Any:
+    """Return how far a coordinate is beyond a stop, below zero at the lower one."""
+    if position.real > law.upper:
+        return position - law.upper
+    if position.real < law.lower:
+        return position - law.lower
+    return 0.0 * position
+
+
+@inlined
+def coordinate_force(law: CoordinateLaw, position: Any, rate: Any) -> tuple[Any, Any]:
     """Return the conservative and the dissipative force along a coordinate."""
-    conservative = -law[AT.stiffness] * (position - law[AT.rest])
-    dissipative = -law[AT.damping] * rate
-    beyond = 0.0 * position
-    if position.real > law[AT.upper]:
-        beyond = position - law[AT.upper]
-    elif position.real < law[AT.lower]:
-        beyond = position - law[AT.lower]
+    conservative, dissipative = -law.stiffness * (position - law.rest), -law.damping * rate
+    beyond = beyond_stop(law, position)
     if beyond.real != 0.0:
-        stop, brake = -law[AT.stop_stiffness] * beyond, -law[AT.stop_damping] * rate
+        stop, brake = -law.stop_stiffness * beyond, -law.stop_damping * rate
         if (stop + brake).real * beyond.real > 0.0:  # a stop never pulls
             brake = -stop
         conservative += stop
@@ -35,23 +49,16 @@ def coordinate_force(law: Any, position: Any, rate: Any) -> Numbers:
 
 
 @inlined
-def coordinate_potential(law: Any, position: Any) -> Any:
+def coordinate_potential(law: CoordinateLaw, position: Any) -> Any:
     """Return the energy in the spring and in the stops, J."""
-    stretch = position - law[AT.rest]
-    beyond = max(0.0, position - law[AT.upper], law[AT.lower] - position)
-    return 0.5 * law[AT.stiffness] * stretch * stretch + 0.5 * law[AT.stop_stiffness] * beyond * beyond
+    stretch, beyond = position - law.rest, beyond_stop(law, position)
+    return 0.5 * law.stiffness * stretch * stretch + 0.5 * law.stop_stiffness * beyond * beyond
 
 
 @inlined
-def coordinate_slopes(law: Any, position: float, rate: float) -> tuple[float, float]:
+def coordinate_slopes(law: CoordinateLaw, position: float, rate: float) -> tuple[float, float]:
     """Return stiffness and damping at a coordinate and its rate: minus the slopes of the force."""
-    stiffness, damping = law[AT.stiffness], law[AT.damping]
-    beyond = 0.0
-    if position > law[AT.upper]:
-        beyond = position - law[AT.upper]
-    elif position < law[AT.lower]:
-        beyond = position - law[AT.lower]
-    if beyond != 0.0 and (law[AT.stop_stiffness] * beyond + law[AT.stop_damping] * rate) * beyond > 0.0:
-        stiffness += law[AT.stop_stiffness]
-        damping += law[AT.stop_damping]
-    return stiffness, damping
+    beyond = beyond_stop(law, position)
+    if beyond != 0.0 and (law.stop_stiffness * beyond + law.stop_damping * rate) * beyond > 0.0:
+        return law.stiffness + law.stop_stiffness, law.damping + law.stop_damping
+    return law.stiffness, law.damping

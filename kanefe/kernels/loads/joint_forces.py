@@ -2,32 +2,53 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.loads.coordinate_law import coordinate_force
-from kanefe.kernels.planar.layout import PlanarTables
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_force
 from kanefe.kernels.scene import State
-from kanefe.kernels.tables import Tables
+from kanefe.kernels.values.records import Record, Rows
+
+
+class JointForce(Record):
+    """A force along a joint coordinate."""
+
+    coordinate: int  # -1 - drive: the coordinate is driven
+    speed: int
+    law: int  # its law and its input; -1: it has none
+    motor: int
+
+
+class JointForces(Rows[JointForce]):
+    """All forces along joint coordinates: of `Tables.joint_forces`."""
 
 
 @kernel
-def add_joint_forces(tables: Tables | PlanarTables, state: State, applied: np.ndarray) -> Numbers:
-    """Add the forces along joint coordinates to `applied`; return the power dissipated and that of motors."""
+def add_joint_forces(tables: Any, state: State, applied: np.ndarray) -> tuple[Any, Any]:
+    """Add the forces along joint coordinates; return the power dissipated and that of motors.
+
+    `tables` are `Tables`, or those in the plane.
+    """
     dissipated = work = 0.0 * applied.sum()
-    for n in range(len(tables.joint_forces)):
-        at, speed, law, motor = tables.joint_forces[n]
-        if at >= 0:
-            position, rate = state.q[at], state.u[speed]
-        else:
-            zero = 0.0 * dissipated
-            position, rate = zero + state.drives[-1 - at, 0], zero + state.drives[-1 - at, 1]
-        if law >= 0:
-            conservative, dissipative = coordinate_force(tables.laws[law], position, rate)
-            applied[speed] += conservative + dissipative
+    forces, laws = JointForces(tables.joint_forces), CoordinateLaws(tables.laws)
+    for n in range(len(forces)):
+        force, at = forces[n], forces[n].speed
+        position, rate = along(state, force.coordinate, at)
+        if force.law >= 0:
+            conservative, dissipative = coordinate_force(laws[force.law], position, rate)
+            applied[at] += conservative + dissipative
             dissipated -= dissipative * rate
-        if motor >= 0:
-            applied[speed] += state.inputs[motor]
-            work += state.inputs[motor] * rate
+        if force.motor >= 0:
+            applied[at] += state.inputs[force.motor]
+            work += state.inputs[force.motor] * rate
     return dissipated, work
+
+
+@inlined
+def along(state: State, coordinate: int, speed: int) -> tuple[Any, Any]:
+    """Return a joint coordinate and its rate; it is driven where it is -1 - drive."""
+    if coordinate >= 0:
+        return state.q[coordinate], state.u[speed]
+    return state.drives[-1 - coordinate, 0], state.drives[-1 - coordinate, 1]

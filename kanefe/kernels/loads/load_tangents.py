@@ -11,7 +11,7 @@ p of the rates in z, ``dz = p (g_e e + g_z dz) + rest`` is solved for dz, of eac
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,42 +19,22 @@ from kanefe.kernels.algebra.lu import factorise, solve
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES, A, P, V, W
-from kanefe.kernels.loads.loads_layout import (
-    AT,
-    COMPLEX,
-    COORDINATE,
-    END_COUNT,
-    FIRST_END,
-    FIRST_NUMBER,
-    FIRST_STATE,
-    INPUT,
-    STATE_COUNT,
-    place_of_load,
-)
+from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES, End, Ends, done_size
+from kanefe.kernels.loads.acting import COORDINATE, BetweenLoad, LoadEnds, acting_in, ends_of, loads_of
 from kanefe.kernels.scene import Scene, State, Work
-from kanefe.kernels.tables import LoadsBetween
+from kanefe.kernels.values.tensors import Vector, skew
 
 COMPLEX_STEP = 1e-30
 
 
 class TangentMemory(NamedTuple):
-    """Workspace of the tangents of a load.
+    """Workspace of the tangents of a load."""
 
-    Attributes
-    ----------
-    motion, states, out : ndarray of complex
-        What its function is given and writes.
-    T : ndarray, shape (6 ends + states, 6 ends + states)
-        Derivatives; on return the rows are T and T_z, then X and Y.
-    D, pivots, column : ndarray, shapes (states, states), (states,), (states,)
-    """
-
-    motion: np.ndarray
+    motion: np.ndarray  # what its function is given and writes
     states: np.ndarray
     out: np.ndarray
-    T: np.ndarray
-    D: np.ndarray
+    T: np.ndarray  # (6 ends + states, 6 ends + states): derivatives; on return the rows are T and T_z, then X and Y
+    D: np.ndarray  # (states, states), (states,), (states,)
     pivots: np.ndarray
     column: np.ndarray
 
@@ -62,27 +42,19 @@ class TangentMemory(NamedTuple):
 def tangent_size(ends: int, states: int) -> int:
     """Return how many numbers the memory of a load with so many ends and internal states has."""
     size = WRENCH * ends + states
-    return 2 * (END_NUMBERS * ends + states + WRENCHES + size) + size * size + states * (states + 2)
+    return 2 * (END_NUMBERS * ends + states + done_size(ends, states)) + size * size + states * (states + 2)
 
 
 @inlined
-def tangent_memory(between: LoadsBetween, n: int, followed: int, memory: np.ndarray) -> TangentMemory:
+def tangent_memory(load: BetweenLoad, followed: int, memory: np.ndarray) -> TangentMemory:
     """Return the parts of a memory of `tangent_size`, of a load of which so many states are followed."""
-    ends, states = between.loads[n, END_COUNT], between.loads[n, STATE_COUNT]
-    motion, out, size = END_NUMBERS * ends, WRENCHES + WRENCH * ends + states, WRENCH * ends + followed
-    numbers = memory[: 2 * (motion + states + out)].view(np.complex128)
-    rest = memory[2 * (motion + states + out) :]
+    motion, states, size = END_NUMBERS * load.end_count, load.state_count, WRENCH * load.end_count + followed
+    numbers = 2 * (motion + states + done_size(load.end_count, states))
+    of_complex, rest = memory[:numbers].view(np.complex128), memory[numbers:]
     T, rest = rest[: size * size].reshape(size, size), rest[size * size :]
     D, rest = rest[: followed * followed].reshape(followed, followed), rest[followed * followed :]
-    return TangentMemory(
-        numbers[:motion],
-        numbers[motion : motion + states],
-        numbers[motion + states :],
-        T,
-        D,
-        rest[:followed],
-        rest[followed : 2 * followed],
-    )
+    own, out = of_complex[motion : motion + states], of_complex[motion + states :]
+    return TangentMemory(of_complex[:motion], own, out, T, D, rest[:followed], rest[followed : 2 * followed])
 
 
 @kernel
@@ -96,54 +68,48 @@ def put_tangents(
     shares : tuple of float
         s, r and p.
     """
-    between, t, inputs, states, workspace = scene.between, state.t, state.inputs, state.z, work.acting
+    load, ends, acting, between = loads_of(scene)[n], ends_of(scene), acting_in(scene, work), scene.between
     motion, own, out, T = memory.motion, memory.states, memory.out, memory.T
-    count, followed = WRENCH * between.loads[n, END_COUNT], len(memory.D)
-    first, place = between.loads[n, FIRST_STATE], place_of_load(between)
-    address, numbers = between.addresses[n, COMPLEX], between.numbers[between.loads[n, FIRST_NUMBER] :]
-    given = inputs[between.loads[n, INPUT] :]
+    count, followed = WRENCH * load.end_count, len(memory.D)
+    constants, given = between.numbers[load.first_number :], state.inputs[load.first_input :]
     T[:] = 0.0
     for k in range(count + followed):
-        if k < count and not _moves(between, n, k):
+        if k < count and not _moves(ends, load, k):
             continue
         for i in range(len(motion)):
-            motion[i] = workspace[place + i]
+            motion[i] = acting.ends[i]
         for i in range(len(own)):
-            own[i] = states[first + i]
+            own[i] = state.z[load.first_state + i]
         if k < count:
-            _displace(motion[END_NUMBERS * (k // WRENCH) :], k % WRENCH, shares[0], shares[1])
+            _displace(Ends(motion)[k // WRENCH], k % WRENCH, shares[0], shares[1])
         else:
             own[k - count] += complex(0.0, COMPLEX_STEP)
         out[:] = 0.0
-        call_address(address, (t, numbers, given, motion, own, out))
+        call_address(load.complex_function, (state.t, constants, given, motion, own, out))
         for i in range(count + followed):
-            if i >= count or _moves(between, n, i):
+            if i >= count or _moves(ends, load, i):
                 T[i, k] = out[WRENCHES + i].imag / COMPLEX_STEP
     return _eliminate_states(shares[2], count, memory)
 
 
 @inlined
-def _moves(between: LoadsBetween, n: int, k: int) -> bool:
+def _moves(ends: LoadEnds, load: BetweenLoad, k: int) -> bool:
     """Return whether the end of a direction k of a load moves in it with the unknowns."""
-    end = between.loads[n, FIRST_END] + k // WRENCH
-    row = between.rows[end]
-    return bool(row >= 0 or (row == COORDINATE and k % WRENCH == 0 and between.markers[end, AT] >= 0.0))
+    end = ends[load.first_end + k // WRENCH]
+    return end.row >= 0 or (end.row == COORDINATE and k % WRENCH == 0 and end.coordinate >= 0)
 
 
 @inlined
-def _displace(end: Any, k: int, share_of_speed: float, share_of_place: float) -> None:
+def _displace(end: End, k: int, share_of_speed: float, share_of_place: float) -> None:
     """Displace an end in one of its directions, by a complex step."""
     speed, place = complex(0.0, COMPLEX_STEP * share_of_speed), complex(0.0, COMPLEX_STEP * share_of_place)
+    along = Vector(1.0 * (k % 3 == 0), 1.0 * (k % 3 == 1), 1.0 * (k % 3 == 2))
     if k < 3:
-        end[P + k] += place
-        end[V + k] += speed
-        return
-    c, a, b = k - 3, (k - 2) % 3, (k - 1) % 3  # an axis, and the two behind it
-    end[W + c] += speed
-    for i in range(3):
-        y, z = end[A + 3 * a + i], end[A + 3 * b + i]
-        end[A + 3 * a + i] -= place * z
-        end[A + 3 * b + i] += place * y
+        end.p += place * along
+        end.v += speed * along
+    else:
+        end.w += speed * along
+        end.A += place * (skew(along) @ end.A)
 
 
 @kernel

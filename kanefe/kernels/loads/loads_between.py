@@ -6,209 +6,149 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import cross, plus, put_three, three
 from kanefe.kernels.compiler._numba import inlined, vector_kernel
 from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.force_elements.places import (
-    END_NUMBERS,
-    GIVEN,
-    POTENTIAL,
-    TAKEN,
-    WRENCH,
-    WRENCHES,
-    A,
-    P,
-    V,
-    W,
-)
-from kanefe.kernels.loads.loads_layout import (
-    A_POINT,
-    AT,
-    COMPLEX,
-    COORDINATE,
-    END_COUNT,
-    FIRST_END,
-    FIRST_NUMBER,
-    FIRST_STATE,
-    INPUT,
-    POINT_COUNT,
-    REAL,
-    SPEED,
-    STATE_COUNT,
-    TEAM,
-    place_of_load,
-    span_of_load,
-)
-from kanefe.kernels.loads.markers import axes_of, lever_of, motion_of
+from kanefe.kernels.force_elements.places import Done, Ends, Wrenches, done_size, rates_of
+from kanefe.kernels.loads.acting import COORDINATE, BetweenLoad, acting_in, ends_of, loads_of
+from kanefe.kernels.loads.joint_forces import along
+from kanefe.kernels.loads.markers import put_motion
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.loads.points import clear_points, gather_points, push_points, put_points, take_shares
-from kanefe.kernels.loads.reach import (
-    FIRST_LOAD,
-    FIRST_STATE_OF_TEAM,
-    FIRST_SWEPT,
-    HAS_SWEPT_STATES,
-    LOADS,
-    STATES_OF_TEAM,
-    find_near,
-    near_load,
-    nearness_at,
-)
+from kanefe.kernels.loads.reach import ReachSizes, Team, find_near, teams_of
 from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.tables import LoadsBetween
+from kanefe.kernels.values.tensors import Vector, cross
 
 
 @inlined
-def add_loads_between(scene: Scene, state: State, work: Work, rates: np.ndarray) -> tuple[Any, Any]:
+def add_loads_between(scene: Scene, state: State, work: Work, dz: np.ndarray) -> tuple[Any, Any]:
     """Apply loads between frames and write the rates of their states; return the power taken and the power given."""
-    between, workspace, states = scene.between, work.acting, state.z
-    taken = given = 0.0 * work.frames[0].p.x
-    reach = between.reach
+    between, loads, teams = scene.between, loads_of(scene), teams_of(scene)
+    acting, sizes = acting_in(scene, work), ReachSizes(between.reach.sizes)
+    nearness, done = acting.nearness, Done(acting.done)
     swept = find_near(scene, work)
-    nearness = workspace[nearness_at(reach) :]
-    teams = len(reach.teams)
-    for i in range(teams + swept):
-        team = i if i < teams else -1
-        first = reach.teams[i, FIRST_LOAD] if i < teams else near_load(reach, i - teams, workspace)
-        last = first + (reach.teams[i, LOADS] if i < teams else 1)
+    taken = given = 0.0 * work.frames[0].p.x
+    for i in range(len(teams) + swept):
+        number = i if i < len(teams) else -1
+        first = teams[i].first_load if number >= 0 else int(acting.near[i - len(teams)].real)
+        last = first + (teams[i].load_count if number >= 0 else 1)
         while first < last and nearness[first].real <= 0.0:
             first += 1
         while first < last and nearness[last - 1].real <= 0.0:
             last -= 1
-        if i < teams:
-            taken += decay_beside(between, team, first, last, states, rates)
+        if number >= 0:
+            taken += decay_beside(scene, teams[i], (first, last), state.z, dz)
         if first == last:
             continue
-        gather_points(scene, work, team, first, last)
+        gather_points(scene, work, number, first, last)
         for n in range(first, last):
             if nearness[n].real <= 0.0:
-                taken += decay(between, between.loads[n, FIRST_STATE], between.loads[n, STATE_COUNT], states, rates)
-                clear_points(between, n, first, workspace)
+                taken += decay_of(between, loads[n], state.z, dz)
+                clear_points(scene, work, n, first)
                 continue
             evaluate_load(scene, state, work, n, first)
-            apply_load(scene, work, n, first, rates)
-            out = place_of_load(between) + END_NUMBERS * between.loads[n, END_COUNT]
-            taken, given = taken + workspace[out + TAKEN], given + workspace[out + GIVEN]
-        push_points(scene, work, team, first, last)
-    if reach.sizes[HAS_SWEPT_STATES]:
-        for n in range(reach.sizes[FIRST_SWEPT], len(between.loads)):
+            apply_load(scene, work, n, first, dz)
+            taken, given = taken + done.taken, given + done.given
+        push_points(scene, work, number, first, last)
+    if sizes.has_swept_states:
+        for n in range(sizes.first_swept, len(loads)):
             if nearness[n].real <= 0.0:
-                taken += decay(between, between.loads[n, FIRST_STATE], between.loads[n, STATE_COUNT], states, rates)
+                taken += decay_of(between, loads[n], state.z, dz)
     return taken, given
 
 
 @inlined
-def decay_beside(between: LoadsBetween, team: int, first: int, last: int, states: np.ndarray, rates: np.ndarray) -> Any:
+def decay_beside(scene: Scene, team: Team, acting: tuple[int, int], z: np.ndarray, dz: np.ndarray) -> Any:
     """Do the same as `decay` for the loads of a team before one and from another on, of which none acts."""
-    teams, taken = between.reach.teams, 0.0 * states.dtype.type(0.0)
-    begin, end = teams[team, FIRST_LOAD], teams[team, FIRST_LOAD] + teams[team, LOADS]
-    if first == last and teams[team, FIRST_STATE_OF_TEAM] >= 0:
-        return decay(between, teams[team, FIRST_STATE_OF_TEAM], teams[team, STATES_OF_TEAM], states, rates)
-    for n in range(begin, end):
+    loads, taken = loads_of(scene), 0.0 * z.dtype.type(0.0)
+    first, last = acting
+    if first == last and team.first_state >= 0:
+        return decay(scene.between, team.first_state, team.state_count, z, dz)
+    for n in range(team.first_load, team.first_load + team.load_count):
         if first == last or n < first or n >= last:
-            taken += decay(between, between.loads[n, FIRST_STATE], between.loads[n, STATE_COUNT], states, rates)
+            taken += decay_of(scene.between, loads[n], z, dz)
     return taken
 
 
+@inlined
+def decay_of(between: LoadsBetween, load: BetweenLoad, z: np.ndarray, dz: np.ndarray) -> Any:
+    """Do the same as `decay` for a load."""
+    return decay(between, load.first_state, load.state_count, z, dz)
+
+
 @vector_kernel
-def decay(between: LoadsBetween, first: int, count: int, states: np.ndarray, rates: np.ndarray) -> Any:
+def decay(between: LoadsBetween, first: int, count: int, z: np.ndarray, dz: np.ndarray) -> Any:
     """Write the rates of states of loads that do not act; return the power that they take."""
-    taken, z, change = states.dtype.type(0.0), states[first:], rates[first:]
+    taken, own, change = z.dtype.type(0.0), z[first:], dz[first:]
     speeds, energies = between.decay_rates[first:], between.decay_energies[first:]
     for i in range(count):
-        change[i] = -speeds[i] * z[i]
-        taken += 2.0 * speeds[i] * energies[i] * z[i] * z[i]
+        change[i] = -speeds[i] * own[i]
+        taken += 2.0 * speeds[i] * energies[i] * own[i] * own[i]
     return taken
 
 
 @inlined
 def potential_between(scene: Scene, state: State, work: Work) -> Any:
     """Return the energy in loads between frames."""
-    between, workspace, states = scene.between, work.acting, state.z
+    loads, acting, z = loads_of(scene), acting_in(scene, work), state.z
     energy = 0.0 * work.frames[0].p.x
     find_near(scene, work)
-    nearness = workspace[nearness_at(between.reach) :]
-    for n in range(len(between.loads)):
-        if nearness[n].real > 0.0:
-            gather_points(scene, work, between.loads[n, TEAM], n, n + 1)
+    for n in range(len(loads)):
+        load = loads[n]
+        if acting.nearness[n].real > 0.0:
+            gather_points(scene, work, load.team, n, n + 1)
             evaluate_load(scene, state, work, n, n)
-            energy += workspace[place_of_load(between) + END_NUMBERS * between.loads[n, END_COUNT] + POTENTIAL]
+            energy += Done(acting.done).potential
             continue
-        first = between.loads[n, FIRST_STATE]
-        for i in range(first, first + between.loads[n, STATE_COUNT]):
-            energy += between.decay_energies[i] * states[i] * states[i]
+        for i in range(load.first_state, load.first_state + load.state_count):
+            energy += scene.between.decay_energies[i] * z[i] * z[i]
     return energy
 
 
 @inlined
 def evaluate_load(scene: Scene, state: State, work: Work, n: int, first_gathered: int) -> None:
-    """Write the motion of the ends of a load, and what it does: see `kanefe.kernels.force_elements.places`.
+    """Write the motion of the ends of a load, and what it does: see `Acting`.
 
     Points have been gathered from those of load `first_gathered` on.
     """
-    between, workspace, rows = scene.between, work.acting, work.frames.numbers
-    first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
-    ends, out = workspace[place_of_load(between) :], workspace[span_of_load(between, n)]
-    for i in range(count):
-        row, at = between.rows[first + i], END_NUMBERS * i
-        if row == COORDINATE:
-            put_coordinate(between.markers[first + i], state, ends[at : at + END_NUMBERS])
-            continue
-        if row == A_POINT:
-            continue
-        p, v, w = motion_of(row, lever_of(between.markers, first + i, row, rows), rows)
-        axes = axes_of(between.markers, first + i, row, rows)
-        put_three(ends, at + P, p)
-        for c in range(9):
-            ends[at + A + c] = axes[c]
-        put_three(ends, at + V, v)
-        put_three(ends, at + W, w)
-    if between.loads[n, POINT_COUNT] > 0:
+    load, acting, between = loads_of(scene)[n], acting_in(scene, work), scene.between
+    put_ends(scene, state, work, load)
+    if load.point_count > 0:
         put_points(scene, work, n, first_gathered)
+    out = acting.done[: done_size(load.end_count, load.state_count)]
     out[:] = 0.0
-    address = between.addresses[n, COMPLEX if np.iscomplexobj(rows) else REAL]
-    own = between.numbers[between.loads[n, FIRST_NUMBER] :]
-    given, z = state.inputs[between.loads[n, INPUT] :], state.z[between.loads[n, FIRST_STATE] :]
-    call_address(address, (state.t, own, given, ends, z, out))
+    address = load.complex_function if np.iscomplexobj(out) else load.function
+    constants, given = between.numbers[load.first_number :], state.inputs[load.first_input :]
+    call_address(address, (state.t, constants, given, acting.ends, state.z[load.first_state :], out))
 
 
 @inlined
-def apply_load(scene: Scene, work: Work, n: int, first_gathered: int, rates: np.ndarray) -> None:
+def apply_load(scene: Scene, work: Work, n: int, first_gathered: int, dz: np.ndarray) -> None:
     """Apply what a load has written, and write the rates of its states."""
-    between = scene.between
-    first, count = between.loads[n, FIRST_END], between.loads[n, END_COUNT]
-    out = work.acting[span_of_load(between, n)]
-    for i in range(count):
-        row = between.rows[first + i]
-        if row == COORDINATE:
-            work.applied[int(between.markers[first + i, SPEED])] += out[WRENCHES + WRENCH * i]
-            continue
-        if row < 0:  # N, which does not move, or a point
-            continue
-        force, moment = three(out, WRENCHES + WRENCH * i), three(out, WRENCHES + WRENCH * i + 3)
-        lever = lever_of(between.markers, first + i, row, work.frames.numbers)
-        push(scene, work, row, force, plus(moment, cross(lever, force)))
-    if between.loads[n, POINT_COUNT] > 0:
+    load, ends, done = loads_of(scene)[n], ends_of(scene), Done(acting_in(scene, work).done)
+    wrenches = Wrenches(done.wrenches)
+    for i in range(load.end_count):
+        end, on = ends[load.first_end + i], wrenches[i]
+        if end.row == COORDINATE:
+            work.applied[end.speed] += on.force.x
+        elif end.row >= 0:  # not N, which does not move, nor a point
+            lever = work.frames[end.row].R @ end.point
+            push(scene, work, end.row, on.force, on.moment + cross(lever, on.force))
+    if load.point_count > 0:
         take_shares(scene, work, n, first_gathered)
-    of_states = between.loads[n, FIRST_STATE]
-    for i in range(between.loads[n, STATE_COUNT]):
-        rates[of_states + i] = out[WRENCHES + WRENCH * count + i]
+    changes = rates_of(done, load.end_count)
+    for i in range(load.state_count):
+        dz[load.first_state + i] = changes[i]
 
 
 @inlined
-def put_coordinates(scene: Scene, state: State, work: Work, n: int) -> None:
-    """Write the motion of the ends of a load that is along joint coordinates alone."""
-    between = scene.between
-    ends, first = work.acting[place_of_load(between) :], between.loads[n, FIRST_END]
-    for i in range(between.loads[n, END_COUNT]):
-        at = END_NUMBERS * i
-        put_coordinate(between.markers[first + i], state, ends[at : at + END_NUMBERS])
-
-
-@inlined
-def put_coordinate(marker: np.ndarray, state: State, end: np.ndarray) -> None:
-    """Write a joint coordinate as the motion of an end: it and its rate, x of position and velocity."""
-    at = int(marker[AT])
-    if at >= 0:
-        end[P], end[V] = state.q[at], state.u[int(marker[SPEED])]
-    else:
-        end[P], end[V] = state.drives[-1 - at, 0], state.drives[-1 - at, 1]
+def put_ends(scene: Scene, state: State, work: Work, load: BetweenLoad) -> None:
+    """Write the motion of the ends of a load that are no points; of joint coordinates, as x, them and their rates."""
+    own, ends = ends_of(scene), Ends(acting_in(scene, work).ends)
+    for i in range(load.end_count):
+        marker, end = own[load.first_end + i], ends[i]
+        if marker.row == COORDINATE:
+            position, rate = along(state, marker.coordinate, marker.speed)
+            end.p, end.v = Vector(position, 0.0, 0.0), Vector(rate, 0.0, 0.0)
+        elif marker.row > COORDINATE:
+            put_motion(end, marker, work.frames[marker.row])

@@ -6,12 +6,30 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import Numbers, cross, matrix, plus, product, rotated, vector
 from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.force_elements.places import End
 from kanefe.kernels.layout import OMEGA, POSITION, VELOCITY, R
+from kanefe.kernels.tree import Frame
+from kanefe.kernels.values.records import Record, column
+from kanefe.kernels.values.tensors import Matrix, Vector
+from kanefe.kernels.values.tensors import cross as crossed
 
-# Columns of a table of markers: the row is in a table of integers beside it
-POINT = 0  # in axes of the row
-MARKER_AXES = 3  # to those of the row
-MARKER_NUMBERS = 12
+
+class Marker(Record):
+    """A frame fixed in a row."""
+
+    row: int  # -1: N
+    point: Vector  # origin in axes of the row, and axes to those of the row
+    axes: Matrix
+
+
+POINT, MARKER_AXES, MARKER_NUMBERS = column(Marker, "point"), column(Marker, "axes"), Marker.number_count
+
+
+@inlined
+def put_motion(end: End, marker: Marker, frame: Frame) -> None:
+    """Write the motion of a marker in N, by that of its row."""
+    arm = frame.R @ marker.point
+    end.p, end.A, end.v, end.w = frame.p + arm, frame.R @ marker.axes, frame.v + crossed(frame.w, arm), frame.w
 
 
 @inlined

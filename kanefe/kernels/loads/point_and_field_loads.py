@@ -2,179 +2,189 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import (
-    Numbers,
-    accumulate,
-    cross,
-    dot,
-    matrix,
-    plus,
-    rotated,
-    rotated_back,
-    three,
-    times,
-    vector,
-)
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.layout import (
-    BASIS,
-    BENT,
-    CARRIES,
-    COUNT,
-    FLEXIBLE,
-    FORCE,
-    INTERFACE,
-    KIND,
-    MOMENT,
-    OFFSET,
-    OMEGA,
-    PARENT,
-    ROW,
-    TANGENT,
-    VELOCITY,
-    WORK_DETA,
-    WORK_ETA,
-    WORK_FORCE,
-    R,
-)
-from kanefe.kernels.scene import Scene, State, Work
-from kanefe.kernels.sweeps.elastic import project, span, transposed_product
-from kanefe.kernels.tables import FlexibleTables, Tables
+from kanefe.kernels.joints.motion import three
+from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of
+from kanefe.kernels.sweeps.elastic import combined, total, transposed_product
+from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind
+from kanefe.kernels.values.records import Array, One, Record, Rows, Start
+from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
 
 
-@kernel
-def push(scene: Scene, work: Work, i: int, force: Numbers, moment: Numbers) -> None:
-    """Apply a force and a moment, about the row's origin in N, to a row; i = -1 is N, which does not move."""
-    if i < 0:
-        return
-    rows, frames = scene.tables.rows, work.frames.numbers
-    if rows[i, KIND] == INTERFACE and not rows[i, CARRIES]:
-        parent = rows[i, PARENT]
-        body = scene.flexible.bodies[rows[i, FLEXIBLE]]
-        share_of_modes(scene.flexible, rows, i, force, moment, frames, work.modal, work.modal[span(body, WORK_FORCE)])
-        moment = plus(moment, cross(vector(frames, i, OFFSET), force))
-        i = parent
-    accumulate(frames, i, FORCE, (-force[0], -force[1], -force[2]))
-    accumulate(frames, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
+class PointLoad(Record):
+    """A force or a torque."""
+
+    row: int
+    first_input: int
+    is_torque: bool
+    follows: bool
+    point: Vector  # where it acts in its row, and of one that follows its axes to those of the row
+    axes: Matrix
+
+
+class PointLoads(Rows[PointLoad]):
+    """All of them: of `Tables.loads` and `Tables.points`."""
+
+
+class FieldLoad(Record):
+    """A distributed load."""
+
+    body: int  # flexible body, and how many modes it has
+    mode_count: int
+    first_input: int
+    is_pressure: bool
+    follows: bool
+
+
+class Pressure(FieldLoad):
+    """A pressure."""
+
+    constants: Annotated[int, Start("pool")]  # where what follows begins in the pool
+    force: Annotated[Vector, One(Vector)]  # of a unit of it, in G
+    moment: Annotated[Vector, One(Vector)]
+    shares: Annotated[np.ndarray, Array("mode_count")]  # (k,): on the modes
+
+
+class Traction(FieldLoad):
+    """A traction, or a line load."""
+
+    constants: Annotated[int, Start("pool")]  # where what follows begins in the pool
+    size: Annotated[float, One(float)]  # area or length
+    first: Annotated[Vector, One(Vector)]  # its first moment, in G
+    basis: Annotated[np.ndarray, Array(3, "mode_count")]  # (3, k): how the modes change that
+    bends_twice: Annotated[int, Start("pool")]  # where second-order moments begin in the pool; -1: there are none
+    moments: Annotated[np.ndarray, Array("mode_count", "3mode_count")]  # (k, 3 k)
+    bent: Annotated[int, Start("modal")]  # where their workspace is in the modal work
+    bending: Annotated[np.ndarray, Array(3, "mode_count")]  # (3, k)
+
+
+class Tractions(Rows[Traction]):
+    """All distributed loads: of `FlexibleTables.fields`, `FlexibleTables.pool` and the modal work."""
 
 
 @inlined
-def wrench_on_slopes(
-    rows: np.ndarray, i: int, force: Numbers, moment: Numbers, work: np.ndarray
-) -> tuple[Numbers, Numbers]:
+def push_frame(frame: Frame, force: Vector, moment: Vector) -> None:
+    """Apply a force and a moment, about the row's origin in N, to a row that carries them."""
+    frame.f -= force
+    frame.n -= moment
+
+
+@kernel
+def push(scene: Scene, work: Work, i: int, force: Vector, moment: Vector) -> None:
+    """Apply a force and a moment, about the row's origin in N, to a row; i = -1 is N, which does not move."""
+    if i < 0:
+        return
+    link, frame = links_of(scene)[i], work.frames[i]
+    if link.kind == Kind.INTERFACE and not link.carries:
+        body = bodies_of(scene, work)[link.flexible]
+        share_of_modes(scene, work.frames, work.modal, i, (force, moment), body.p)
+        push_frame(work.frames[link.parent], force, moment + cross(frame.r, force))
+    else:
+        push_frame(frame, force, moment)
+
+
+@inlined
+def wrench_on_slopes(scene: Scene, frames: Frames, i: int, wrench: tuple[Vector, Vector]) -> tuple[Vector, Vector]:
     """Return a force in N on an interface in G, and a moment as it acts on the rates of its slopes."""
-    G = matrix(work, rows[i, PARENT], R)
-    return rotated_back(G, force), rotated_back(matrix(work, i, TANGENT), rotated_back(G, moment))
+    back = frames[links_of(scene)[i].parent].R.T
+    return back @ wrench[0], InterfaceFrame(frames[i]).tangent.T @ (back @ wrench[1])
 
 
 @kernel
 def share_of_modes(
-    flexible: FlexibleTables,
-    rows: np.ndarray,
-    i: int,
-    force: Numbers,
-    moment: Numbers,
-    work: np.ndarray,
-    modal: np.ndarray,
-    p: np.ndarray,
+    scene: Scene, frames: Frames, modal: np.ndarray, i: int, wrench: tuple[Vector, Vector], p: np.ndarray
 ) -> None:
-    """Add the share of the modes in what acts on an interface to the forces p on them."""
-    k, at, bent = len(p), rows[i, BASIS], rows[i, BENT]
-    a, b = wrench_on_slopes(rows, i, force, moment, work)
-    if bent < 0:
-        _add_share(flexible.pool[at : at + 6 * k].reshape(6, k), a, b, p)
+    """Add the share of the modes in what acts on an interface, force and moment in N, to the forces p on them."""
+    k, link, (force, moment) = len(p), InterfaceLink(links_of(scene)[i]), wrench_on_slopes(scene, frames, i, wrench)
+    if link.bent < 0:
+        _add_share(scene.flexible.pool[link.basis : link.basis + 6 * k].reshape(6, k), force, moment, p)
     else:
-        _add_share(modal[bent : bent + 6 * k].reshape(6, k), a, b, p)
+        _add_share(modal[link.bent : link.bent + 6 * k].reshape(6, k), force, moment, p)
 
 
 @vector_kernel
-def _add_share(basis: np.ndarray, a: Numbers, b: Numbers, p: np.ndarray) -> None:
+def _add_share(basis: np.ndarray, a: Vector, b: Vector, p: np.ndarray) -> None:
     for j in range(len(p)):
         p[j] += (
-            basis[0, j] * a[0]
-            + basis[1, j] * a[1]
-            + basis[2, j] * a[2]
-            + basis[3, j] * b[0]
-            + basis[4, j] * b[1]
-            + basis[5, j] * b[2]
+            basis[0, j] * a.x
+            + basis[1, j] * a.y
+            + basis[2, j] * a.z
+            + basis[3, j] * b.x
+            + basis[4, j] * b.y
+            + basis[5, j] * b.z
         )
 
 
+@vector_kernel
+def _add_shares(basis: np.ndarray, a: Vector, p: np.ndarray) -> None:
+    for j in range(len(p)):
+        p[j] += basis[0, j] * a.x + basis[1, j] * a.y + basis[2, j] * a.z
+
+
 @inlined
-def point_load(tables: Tables, n: int, inputs: np.ndarray, work: np.ndarray) -> tuple[Numbers, Numbers]:
+def point_loads_of(scene: Scene) -> PointLoads:
+    """Return all forces and torques."""
+    return PointLoads(scene.tables.loads, scene.tables.points)
+
+
+@inlined
+def point_load(load: PointLoad, inputs: np.ndarray, frame: Frame) -> tuple[Vector, Vector]:
     """Return a force and its moment about the origin of its row, or a torque, in N."""
-    i = tables.loads[n, 0]
-    axes = matrix(work, i, R)
-    zero = 0.0 * axes[0]
-    value = three(inputs, tables.loads[n, 1])
-    value = (zero + value[0], zero + value[1], zero + value[2])
-    if tables.loads[n, 3]:  # follows
-        value = rotated(axes, rotated(matrix(tables.points, n, 3), value))
-    if tables.loads[n, 2]:  # a torque
-        return (zero, zero, zero), value
-    return value, cross(rotated(axes, vector(tables.points, n, 0)), value)
+    value, none = three(inputs, load.first_input), 0.0 * frame.p
+    value = frame.R @ (load.axes @ value) if load.follows else value + none
+    return (none, value) if load.is_torque else (value, cross(frame.R @ load.point, value))
 
 
 @kernel
 def add_point_loads(scene: Scene, state: State, work: Work) -> Any:
     """Apply forces and torques; return their power."""
-    tables, rows = scene.tables, work.frames.numbers
-    power = 0.0 * rows[0, R]
-    for n in range(len(tables.loads)):
-        i = tables.loads[n, 0]
-        force, moment = point_load(tables, n, state.inputs, rows)
-        power += dot(force, vector(rows, i, VELOCITY)) + dot(moment, vector(rows, i, OMEGA))
-        push(scene, work, i, force, moment)
+    power, loads = 0.0 * work.frames[0].p.x, point_loads_of(scene)
+    for n in range(len(loads)):
+        frame = work.frames[loads[n].row]
+        force, moment = point_load(loads[n], state.inputs, frame)
+        power += dot(force, frame.v) + dot(moment, frame.w)
+        push(scene, work, loads[n].row, force, moment)
     return power
 
 
 @kernel
 def add_field_loads(scene: Scene, state: State, work: Work) -> Any:
     """Apply tractions, line loads and pressures; return their power."""
-    flexible, inputs, frames, modal = scene.flexible, state.inputs, work.frames.numbers, work.modal
-    power = 0.0 * frames[0, R]
-    for n in range(len(flexible.fields)):
-        f, at, is_pressure, follows, pool, bending, bent = flexible.fields[n]
-        body = flexible.bodies[f]
-        k, i = body[COUNT], body[ROW]
-        G = matrix(frames, i, R)
-        zero = 0.0 * G[0]
-        eta, deta, p = modal[span(body, WORK_ETA)], modal[span(body, WORK_DETA)], modal[span(body, WORK_FORCE)]
-        if is_pressure:
-            pressure = inputs[at]
-            force = times(zero + pressure, three(flexible.pool, pool))
-            moment = times(zero + pressure, three(flexible.pool, pool + 3))
-            shapes = flexible.pool[pool + 6 : pool + 6 + k]
-            for j in range(k):
-                p[j] += pressure * shapes[j]
-                power += pressure * shapes[j] * deta[j]
+    power, flexible = 0.0 * work.frames[0].p.x, scene.flexible
+    loads, bodies = Tractions(flexible.fields, flexible.pool, work.modal), bodies_of(scene, work)
+    for n in range(len(loads)):
+        load, body = loads[n], bodies[loads[n].body]
+        frame = work.frames[body.link]
+        if load.is_pressure:
+            pressure, own = state.inputs[load.first_input], Pressure(load)
+            force, moment = pressure * own.force, pressure * own.moment
+            for j in range(body.k):
+                body.p[j] += pressure * own.shares[j]
+            power += pressure * total(own.shares, body.deta)
         else:
-            t = three(inputs, at)
-            t = (zero + t[0], zero + t[1], zero + t[2])
-            if not follows:
-                t = rotated_back(G, t)
-            basis = flexible.pool[pool + 4 : pool + 4 + 3 * k].reshape(3, k)
-            force = times(flexible.pool[pool], t)
-            place = plus(three(flexible.pool, pool + 1), project(basis, 0, eta))
-            rate = project(basis, 0, deta)
-            for j in range(k):
-                p[j] += t[0] * basis[0, j] + t[1] * basis[1, j] + t[2] * basis[2, j]
-            if bending >= 0:
-                rows = modal[bent : bent + 3 * k].reshape(3, k)
-                moments = flexible.pool[bending : bending + 3 * k * k].reshape(k, 3 * k)
-                transposed_product(moments, 0, eta, modal[bent : bent + 3 * k])
-                place = plus(place, times(0.5, project(rows, 0, eta)))
-                rate = plus(rate, project(rows, 0, deta))
-                for j in range(k):
-                    p[j] += t[0] * rows[0, j] + t[1] * rows[1, j] + t[2] * rows[2, j]
+            t = three(state.inputs, load.first_input) + 0.0 * frame.p
+            t = t if load.follows else frame.R.T @ t
+            force, (place, rate) = load.size * t, moved_by_modes(load, body.eta, body.deta)
+            _add_shares(load.basis, t, body.p)
+            if load.bends_twice >= 0:
+                _add_shares(load.bending, t, body.p)
             moment = cross(place, t)
             power += dot(t, rate)
-        force, moment = rotated(G, force), rotated(G, moment)
-        power += dot(force, vector(frames, i, VELOCITY)) + dot(moment, vector(frames, i, OMEGA))
-        accumulate(frames, i, FORCE, (-force[0], -force[1], -force[2]))
-        accumulate(frames, i, MOMENT, (-moment[0], -moment[1], -moment[2]))
+        force, moment = frame.R @ force, frame.R @ moment
+        power += dot(force, frame.v) + dot(moment, frame.w)
+        push_frame(frame, force, moment)
     return power
+
+
+@kernel
+def moved_by_modes(load: Traction, eta: np.ndarray, deta: np.ndarray) -> tuple[Vector, Vector]:
+    """Return the first moment of what a traction acts on as the modes have displaced it, and its rate, in G."""
+    place, rate = load.first + combined(load.basis, 0, eta), combined(load.basis, 0, deta)
+    if load.bends_twice >= 0:
+        transposed_product(load.moments, 0, eta, load.bending.reshape(3 * load.mode_count))
+        place, rate = place + 0.5 * combined(load.bending, 0, eta), rate + combined(load.bending, 0, deta)
+    return place, rate

@@ -7,146 +7,181 @@ ball on a flexible body grows by a bound on how far its points are displaced, ``
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import Numbers, dot, minus, rotated, rotated_back, vector
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.contact.broad_phase import BALL, overlap, sort_along_widest
-from kanefe.kernels.layout import COUNT, POSITION, WORK_ETA, R
-from kanefe.kernels.scene import Scene, Work
-from kanefe.kernels.sweeps.elastic import span
-from kanefe.kernels.tables import Reach
-
-# Columns of the integers of a ball
-BALL_ROW, SWELL = range(2)
-BALL_INTEGERS = 2
-# Columns of bounds, in the row of the first end of a load
-ORIGIN, AXES, LOWER, UPPER, ROUNDING, STRETCH, IS_ROOM = 0, 3, 12, 15, 18, 19, 20
-BOUNDS_NUMBERS = 21
-# Columns of the integers of a team
-(
-    FIRST_LOAD,
-    LOADS,
-    BALL_OF_TEAM,
-    FIRST_STATE_OF_TEAM,
-    STATES_OF_TEAM,
-    BODY,
-    POINTS,
-    POOL,
-    TURNS,
-    IS_PLAIN,
-) = range(10)
-TEAM_INTEGERS = 10
-# Of a load in `Reach.loads`
-BOUNDS_ROW, FIRST_BALL, BALL_COUNT = range(3)
-# Sizes
-FIRST_SWEPT, SWEPT_BALLS, HAS_SWEPT_STATES = range(3)
+from kanefe.kernels.loads.acting import Acting, acting_in
+from kanefe.kernels.scene import Scene, Work, bodies_of
+from kanefe.kernels.tree import Frames
+from kanefe.kernels.values.records import Array, Many, Record, Rows, Start, Values
+from kanefe.kernels.values.tensors import Matrix, Vector, dot
 
 WIDER = 1e-12
 """Size that balls have more, relative to the coordinates of their places: far more than round-off of a touch."""
 
 
-def no_reach() -> Reach:
-    """Return the tables of a scene without loads."""
-    none, two = np.zeros(0), np.zeros((0, 2), dtype=np.int64)
-    return Reach(
-        np.zeros((0, TEAM_INTEGERS), dtype=np.int64),
-        np.zeros((0, 3), dtype=np.int64),
-        two,
-        np.zeros((0, BALL)),
-        two,
-        none,
-        np.zeros(0, dtype=np.int64),
-        np.zeros((0, BOUNDS_NUMBERS)),
-        two,
-        none,
-        np.zeros(3, dtype=np.int64),
-    )
+class ReachSizes(Record):
+    """Which loads are found by a sweep over balls: of `Reach.sizes`."""
+
+    first_swept: int  # the first of them; all others are in teams
+    swept_balls: int  # how many balls the sweep has, the first ones
+    has_swept_states: bool  # whether one of these loads has internal states
 
 
-def reach_size(reach: Reach) -> int:
-    """Return how many numbers `find_near` writes."""
-    return int(_near_at(reach)) + 2 * len(reach.loads) - int(reach.sizes[FIRST_SWEPT])
+class Team(Record):
+    """Loads beside each other that act, or do not, by the same bounds."""
+
+    first_load: int
+    load_count: int
+    ball: int  # about all their ends; -1: none
+    first_state: int  # internal states; -1: they are not beside each other
+    state_count: int
+    body: int  # flexible body of their points; -1: they have none
+    point_count: int
+    turns: bool  # whether points turn, and whether all ends are the points themselves
+    is_plain: bool
+    mode_count: int  # modes of the body, and numbers of the motion of all points
+    column_count: int
+    constants: Annotated[int, Start("points")]  # where what follows begins in `Reach.points`
+    places: Annotated[Values, Many(Vector, "point_count")]  # undeformed, in G
+    # (modes, columns): motion from the modes: 3 numbers of each point, or 6 of those that turn
+    basis: Annotated[np.ndarray, Array("mode_count", "column_count")]
+
+
+class Teams(Rows[Team]):
+    """All teams: of `Reach.teams` and `Reach.points`."""
+
+
+class Ball(Record):
+    """A ball, in N or in a row."""
+
+    centre: Vector
+    radius: float
+
+
+class Balls(Rows[Ball]):
+    """Balls one behind the other in a list."""
+
+
+class RowBall(Ball):
+    """A ball about what touches."""
+
+    row: int  # -1: N
+    swell: int  # what it grows by; -1: nothing
+
+
+class RowBalls(Rows[RowBall]):
+    """All balls, those that are swept first: of `Reach.balls` and `Reach.centres`."""
+
+
+class Swell(Record):
+    """What balls on a flexible body grow by."""
+
+    body: int
+    mode_count: int
+    first: Annotated[int, Start("weights")]  # where its weights begin
+    weights: Annotated[np.ndarray, Array("mode_count")]  # (modes,)
+
+
+class Swells(Rows[Swell]):
+    """All of them: of `Reach.swells` and `Reach.weights`."""
+
+
+class Bound(Record):
+    """Where a load can act: a box in the row of its first end."""
+
+    row: int  # -1: N
+    first_ball: int  # of its balls among `Reach.members`; none: it may always act
+    ball_count: int
+    origin: Vector
+    axes: Matrix
+    lower: Vector  # corners
+    upper: Vector
+    rounding: float  # how far it is rounded, m
+    stretch: float  # by how much a ball counts as larger
+    is_room: float  # above zero: what is in it does not reach
+
+
+class Bounds(Rows[Bound]):
+    """Of all loads: of `Reach.loads` and `Reach.bounds`."""
+
+
+class Pair(Record):
+    """Two balls a < b, as ``a * balls + b``, and the swept load that acts where they overlap."""
+
+    balls: int
+    load: int
+
+
+class Pairs(Rows[Pair]):
+    """All pairs, in rising order: of `Reach.pairs`."""
 
 
 @inlined
-def nearness_at(reach: Reach) -> int:
-    """Return where it is written of each load whether it is near: above zero; else minus the gap, as far as known."""
-    return BALL * len(reach.balls) + len(reach.swells) + 2 * reach.sizes[SWEPT_BALLS]
-
-
-@inlined
-def _near_at(reach: Reach) -> int:
-    """Return where the numbers of the swept loads that are near begin."""
-    return nearness_at(reach) + len(reach.loads)
-
-
-@inlined
-def near_load(reach: Reach, i: int, out: np.ndarray) -> int:
-    """Return the number of one of the swept loads that are near."""
-    return int(out[_near_at(reach) + i].real)
+def teams_of(scene: Scene) -> Teams:
+    """Return the teams of a scene."""
+    return Teams(scene.between.reach.teams, scene.between.reach.points)
 
 
 @inlined
 def find_near(scene: Scene, work: Work) -> int:
     """Write how near all loads are, and in rising order the swept ones that are; return how many these are."""
-    reach, rows, out = scene.between.reach, work.frames.numbers, work.acting
+    reach, teams, acting, frames = scene.between.reach, teams_of(scene), acting_in(scene, work), work.frames
+    bounds, balls, nearness = Bounds(reach.loads, reach.bounds), Balls(acting.balls), acting.nearness
     place_balls(scene, work)
-    nearness = out[nearness_at(reach) : _near_at(reach)]
-    for n in range(len(reach.teams)):
-        first, ball = reach.teams[n, FIRST_LOAD], reach.teams[n, BALL_OF_TEAM]
-        last = first + reach.teams[n, LOADS]
-        if ball >= 0:
-            gap = gap_of(reach, first, ball, rows, out)
+    for i in range(len(teams)):
+        team = teams[i]
+        last = team.first_load + team.load_count
+        if team.ball >= 0:
+            gap = gap_of(bounds[team.first_load], balls[team.ball], frames)
             if gap > 0.0:
-                for load in range(first, last):
-                    nearness[load] = -gap
+                for n in range(team.first_load, last):
+                    nearness[n] = -gap
                 continue
-        for load in range(first, last):
-            gap, at = 0.0, reach.loads[load, FIRST_BALL]
-            for m in range(reach.loads[load, BALL_COUNT]):
-                to_ball = gap_of(reach, load, reach.members[at + m], rows, out)
+        for n in range(team.first_load, last):
+            gap, bound = 0.0, bounds[n]
+            for m in range(bound.ball_count):
+                to_ball = gap_of(bound, balls[reach.members[bound.first_ball + m]], frames)
                 gap = to_ball if m == 0 else min(gap, to_ball)
-            nearness[load] = -gap if gap > 0.0 else 1.0
-    return find_swept(reach, out)
+            nearness[n] = -gap if gap > 0.0 else 1.0
+    return find_swept(scene, work)
 
 
 @inlined
-def find_swept(reach: Reach, out: np.ndarray) -> int:
+def find_swept(scene: Scene, work: Work) -> int:
     """Write which swept loads are near, of balls that are placed; return how many."""
-    if reach.sizes[SWEPT_BALLS] == 0:
+    reach = scene.between.reach
+    sizes = ReachSizes(reach.sizes)
+    if sizes.swept_balls == 0:
         return 0
-    return sweep_over_balls(reach.pairs, len(reach.balls), reach.sizes, nearness_at(reach), len(reach.loads), out)
+    return sweep_over_balls(Pairs(reach.pairs), len(reach.balls), sizes, acting_in(scene, work))
 
 
 @kernel
-def sweep_over_balls(
-    pairs: np.ndarray, balls: int, sizes: np.ndarray, nearness_begins: int, loads: int, out: np.ndarray
-) -> int:
+def sweep_over_balls(pairs: Pairs, balls: int, sizes: ReachSizes, acting: Acting) -> int:
     """Write which swept loads are near, and their numbers in rising order; return how many these are."""
-    count, first = sizes[SWEPT_BALLS], sizes[FIRST_SWEPT]
-    begin = nearness_begins - 2 * count
-    keys, order = out[begin : begin + count], out[begin + count : nearness_begins]
-    nearness, near = out[nearness_begins : nearness_begins + loads], out[nearness_begins + loads :]
-    nearness[first:] = 0.0
-    axis, found = sort_along_widest(out, count, keys, order), 0
+    count, keys, order, nearness, near = sizes.swept_balls, acting.keys, acting.order, acting.nearness, acting.near
+    nearness[sizes.first_swept :] = 0.0
+    placed, found = acting.balls, 0
+    axis = sort_along_widest(placed, count, keys, order)
     for i in range(count):
         a = int(order[i].real)
-        end = out[BALL * a + axis].real + out[BALL * a + 3].real
+        end = placed[BALL * a + axis].real + placed[BALL * a + 3].real
         for j in range(i + 1, count):
             b = int(order[j].real)
             if keys[b].real > end:
                 break
-            if not overlap(out, a, b):
+            if not overlap(placed, a, b):
                 continue
             pair = min(a, b) * balls + max(a, b)
             for place in range(place_of_pair(pairs, pair), len(pairs)):
-                if pairs[place, 0] != pair:
+                if pairs[place].balls != pair:
                     break
-                near[found] = pairs[place, 1]
-                nearness[pairs[place, 1]] = 1.0
+                near[found] = pairs[place].load
+                nearness[pairs[place].load] = 1.0
                 found += 1
     for i in range(1, found):  # in rising order: sums do not depend on where the balls are
         moved, j = near[i], i
@@ -158,12 +193,12 @@ def sweep_over_balls(
 
 
 @inlined
-def place_of_pair(pairs: np.ndarray, pair: int) -> int:
+def place_of_pair(pairs: Pairs, pair: int) -> int:
     """Return the first place of a pair in a list in rising order, or that of the next."""
     low, high = 0, len(pairs)
     while low < high:
         middle = (low + high) // 2
-        if pairs[middle, 0] < pair:
+        if pairs[middle].balls < pair:
             low = middle + 1
         else:
             high = middle
@@ -173,32 +208,17 @@ def place_of_pair(pairs: np.ndarray, pair: int) -> int:
 @inlined
 def place_balls(scene: Scene, work: Work) -> None:
     """Write centres in N and radii of all balls, grown by what their bodies are displaced."""
-    reach, flexible, modal, rows, out = (
-        scene.between.reach,
-        scene.flexible,
-        work.modal,
-        work.frames.numbers,
-        work.acting,
-    )
-    grown = BALL * len(reach.balls)
-    for s in range(len(reach.swells)):
-        body, at = flexible.bodies[reach.swells[s, 0]], reach.swells[s, 1]
-        eta = modal[span(body, WORK_ETA)]
-        out[grown + s] = weighed_sizes(reach.weights[at : at + body[COUNT]], eta)
-    for b in range(len(reach.balls)):
-        row, swell = reach.balls[b, BALL_ROW], reach.balls[b, SWELL]
-        centre, radius = vector(reach.centres, b, 0), reach.centres[b, 3]
-        if row >= 0:
-            turned = rotated(real_matrix(rows, row, R), centre)
-            centre = (
-                rows[row, POSITION].real + turned[0],
-                rows[row, POSITION + 1].real + turned[1],
-                rows[row, POSITION + 2].real + turned[2],
-            )
-        if swell >= 0:
-            radius += out[grown + swell].real
-        radius += WIDER * (radius + size_of(centre))
-        out[BALL * b], out[BALL * b + 1], out[BALL * b + 2], out[BALL * b + 3] = centre[0], centre[1], centre[2], radius
+    reach, acting, bodies, frames = scene.between.reach, acting_in(scene, work), bodies_of(scene, work), work.frames
+    swells, grown = Swells(reach.swells, reach.weights), acting.grown
+    for s in range(len(swells)):
+        grown[s] = weighed_sizes(swells[s].weights, bodies[swells[s].body].eta)
+    balls, placed = RowBalls(reach.balls, reach.centres), Balls(acting.balls)
+    for b in range(len(balls)):
+        ball, frame = balls[b], frames[balls[b].row]
+        centre, radius = real_vector(frame.p) + real_matrix(frame.R) @ ball.centre, ball.radius
+        if ball.swell >= 0:
+            radius += grown[ball.swell].real
+        placed[b].centre, placed[b].radius = centre, radius + WIDER * (radius + size_of(centre))
 
 
 @vector_kernel
@@ -211,45 +231,39 @@ def weighed_sizes(weights: np.ndarray, x: np.ndarray) -> float:
 
 
 @inlined
-def gap_of(reach: Reach, n: int, ball: int, work: np.ndarray, out: np.ndarray) -> Any:
+def gap_of(bound: Bound, ball: Ball, frames: Frames) -> Any:
     """Return how far a ball is from the bounds of a load, m, at least; up to zero: the load may act."""
-    row, b = reach.loads[n, BOUNDS_ROW], BALL * ball
-    x, radius = (out[b].real, out[b + 1].real, out[b + 2].real), out[b + 3].real
-    if row >= 0:
-        place = (work[row, POSITION].real, work[row, POSITION + 1].real, work[row, POSITION + 2].real)
-        x, radius = rotated_back(real_matrix(work, row, R), minus(x, place)), radius + WIDER * size_of(place)
-    x = rotated_back(real_matrix(reach.bounds, n, AXES), minus(x, vector(reach.bounds, n, ORIGIN)))
-    return gap_to(reach.bounds, n, x, radius)
+    frame = frames[bound.row]
+    place = real_vector(frame.p)
+    x = real_matrix(frame.R).T @ (real_vector(ball.centre) - place) - bound.origin
+    return gap_to(bound, bound.axes.T @ x, ball.radius.real + WIDER * size_of(place))
 
 
 @inlined
-def size_of(place: Numbers) -> Any:
+def size_of(place: Vector) -> Any:
     """Return the largest of the coordinates of a place."""
-    return max(abs(place[0]), abs(place[1]), abs(place[2]))
+    return max(abs(place.x), abs(place.y), abs(place.z))
 
 
 @inlined
-def gap_to(bounds: np.ndarray, n: int, x: Numbers, radius: float) -> Any:
+def gap_to(bound: Bound, x: Vector, radius: float) -> Any:
     """Return how far a ball is from bounds, seen in their axes."""
-    lower, upper = vector(bounds, n, LOWER), vector(bounds, n, UPPER)
-    below, above = minus(lower, x), minus(x, upper)
-    if bounds[n, IS_ROOM] > 0.0:
-        return -max(below[0], above[0], below[1], above[1], below[2], above[2]) - radius
-    out = (max(below[0], above[0], 0.0), max(below[1], above[1], 0.0), max(below[2], above[2], 0.0))
-    return np.sqrt(dot(out, out)) - bounds[n, ROUNDING] - bounds[n, STRETCH] * radius
+    below, above = bound.lower - x, x - bound.upper
+    out = Vector(max(below.x, above.x), max(below.y, above.y), max(below.z, above.z))
+    if bound.is_room > 0.0:
+        return -max(out.x, out.y, out.z) - radius
+    out = Vector(max(out.x, 0.0), max(out.y, 0.0), max(out.z, 0.0))
+    return np.sqrt(dot(out, out)) - bound.rounding - bound.stretch * radius
 
 
 @inlined
-def real_matrix(array: np.ndarray, i: int, at: int) -> Numbers:
-    """Read the real part of a matrix in row i of an array."""
-    return (
-        array[i, at].real,
-        array[i, at + 1].real,
-        array[i, at + 2].real,
-        array[i, at + 3].real,
-        array[i, at + 4].real,
-        array[i, at + 5].real,
-        array[i, at + 6].real,
-        array[i, at + 7].real,
-        array[i, at + 8].real,
-    )
+def real_vector(a: Vector) -> Vector:
+    """Return the real part of a vector."""
+    return Vector(a.x.real, a.y.real, a.z.real)
+
+
+@inlined
+def real_matrix(A: Matrix) -> Matrix:
+    """Return the real part of a matrix."""
+    x, y, z = A.x, A.y, A.z
+    return Matrix(x.x.real, y.x.real, z.x.real, x.y.real, y.y.real, z.y.real, x.z.real, y.z.real, z.z.real)

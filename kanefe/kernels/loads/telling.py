@@ -2,27 +2,29 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.force_elements.places import END_NUMBERS
+from kanefe.kernels.loads.acting import acting_in, loads_of
 from kanefe.kernels.loads.loads_between import evaluate_load
-from kanefe.kernels.loads.loads_layout import END_COUNT, TEAM, place_of_load
 from kanefe.kernels.loads.points import gather_points
-from kanefe.kernels.scene import Scene, state_in, work_in
+from kanefe.kernels.scene import Scene, State, state_in, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
 
 
+class States(NamedTuple):
+    """States of a run, and what else is given of their times."""
+
+    times: Reals  # (T,): s
+    drives: RealBlocks  # (T, driven, 3)
+    inputs: RealRows  # (T or 1, inputs)
+    states: RealRows  # (T, state): each begins with q, u and z
+
+
 @entry()
-def tell_states(
-    scene: Scene,
-    counts: Integers,
-    times: Reals,
-    drives: RealBlocks,
-    inputs: RealRows,
-    states: RealRows,
-    found: RealRows,
-    memory: Reals,
-) -> None:
+def tell_states(scene: Scene, counts: Integers, states: States, found: RealRows, memory: Reals) -> None:
     """Write outputs of loads in some states.
 
     Parameters
@@ -31,23 +33,26 @@ def tell_states(
         With these loads alone between frames, and the addresses of the functions that write their outputs.
     counts : ndarray of int, shape (loads,)
         How many outputs each has.
-    times : ndarray, shape (T,)
-    drives : ndarray, shape (T, driven, 3)
-    inputs : ndarray, shape (T or 1, inputs)
-    states : ndarray, shape (T, state)
-        Each begins with q, u and z.
+    states : States
     found : ndarray, shape (T, outputs)
     memory : ndarray
         For `Work`.
     """
-    work, between = work_in(scene, memory), scene.between
-    for k in range(len(states)):
-        state, at = state_in(scene.tables, times[k], states[k], drives[k], inputs[min(k, len(inputs) - 1)]), 0
+    work, loads = work_in(scene, memory), loads_of(scene)
+    done = acting_in(scene, work).done
+    for k in range(len(states.states)):
+        state, at = state_at(scene, states, k), 0
         sweep_outward(scene, state, work, False)
-        for i in range(len(between.loads)):
-            gather_points(scene, work, between.loads[i, TEAM], i, i + 1)
-            evaluate_load(scene, state, work, i, i)
-            written = place_of_load(between) + END_NUMBERS * between.loads[i, END_COUNT]
-            for c in range(counts[i]):
-                found[k, at + c] = work.acting[written + c]
-            at += counts[i]
+        for n in range(len(loads)):
+            gather_points(scene, work, loads[n].team, n, n + 1)
+            evaluate_load(scene, state, work, n, n)
+            for c in range(counts[n]):
+                found[k, at + c] = done[c]
+            at += counts[n]
+
+
+@inlined
+def state_at(scene: Scene, states: States, k: int) -> State:
+    """Return one of some states."""
+    inputs = states.inputs[min(k, len(states.inputs) - 1)]
+    return state_in(scene.tables, states.times[k], states.states[k], states.drives[k], inputs)

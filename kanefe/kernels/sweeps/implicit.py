@@ -14,7 +14,8 @@ import numpy as np
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.loads.coordinate_law import coordinate_slopes
+from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_slopes
+from kanefe.kernels.loads.joint_forces import JointForces
 from kanefe.kernels.planar.layout import PlanarTables
 from kanefe.kernels.scene import Scene, State, Work, bodies_of
 from kanefe.kernels.sweeps.elastic import transposed_product
@@ -77,9 +78,10 @@ def stiffen_joints(
 ) -> None:
     """Write the inertia that ``s C + r K`` adds along each joint coordinate; add directional products to the forces."""
     added[:] = 0.0
-    for n in range(len(tables.joint_forces)):
-        at, speed, law = tables.joint_forces[n, 0], tables.joint_forces[n, 1], tables.joint_forces[n, 2]
+    forces, laws = JointForces(tables.joint_forces), CoordinateLaws(tables.laws)
+    for n in range(len(forces)):
+        at, speed, law = forces[n].coordinate, forces[n].speed, forces[n].law
         if at >= 0 and law >= 0:
-            stiffness, damping = coordinate_slopes(tables.laws[law], state.q[at].real, state.u[speed].real)
+            stiffness, damping = coordinate_slopes(laws[law], state.q[at].real, state.u[speed].real)
             added[speed] += pushes.damping * damping + pushes.stiffness * stiffness
             applied[speed] += damping * pushes.along_damping[speed] + stiffness * pushes.along_stiffness[speed]

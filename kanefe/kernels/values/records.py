@@ -38,7 +38,7 @@ import inspect
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from copy import copy
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
@@ -480,6 +480,22 @@ def filled_from(source: Any, record: type[Record], **more: Any) -> np.ndarray:
     """Return the numbers of a record, by name more ones and attributes of an object; None counts as zero."""
     own = {name: getattr(source, name) for name in record.fields if name not in more}
     return filled(record, **more, **{name: 0.0 if value is None else value for name, value in own.items()})
+
+
+def filled_rows(record: type[Record], rows: Sequence[Mapping[str, Any]]) -> tuple[np.ndarray, ...]:
+    """Return the arrays of integers and of numbers of records that are rows, of their fields by name."""
+    own = {name: field for name, field in record.fields.items() if field.integers or field.numbers}
+    integers, numbers = (np.zeros((len(rows), count)) for count in (record.integer_count, record.number_count))
+    integers = integers.astype(np.int64)
+    for whole, part, values in zip(integers, numbers, rows, strict=True):
+        if unlike := set(values) ^ set(own):
+            raise TypeError(f"a {record.__name__} is filled by {', '.join(own)}: {', '.join(sorted(unlike))}?")
+        for name, field in own.items():
+            if field.is_whole:
+                whole[field.integer_at] = values[name]
+            else:
+                part[field.number_at : field.number_at + field.numbers] = np.ravel(values[name])
+    return tuple(array for array in (integers, numbers) if array.shape[1])
 
 
 def column(record: type[Record], name: str) -> int:

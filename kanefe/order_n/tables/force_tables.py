@@ -26,7 +26,7 @@ from kanefe.kernels.evaluation.force_tables import (
     ForceTables,
     ForceWork,
 )
-from kanefe.kernels.loads.loads_layout import FIRST_END
+from kanefe.kernels.loads.acting import BetweenLoads
 from kanefe.kernels.tables import LoadsBetween, Loops
 from kanefe.kernels.values.records import laid_out
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
@@ -67,7 +67,7 @@ class ForceTableBuilder:
     def __init__(self, builder: FrameOffsets, between: LoadsBetween, order: list[int], loops: Loops) -> None:
         self._builder = builder
         self._model = model = builder.model
-        self.first_ends = {number: int(row[FIRST_END]) for number, row in zip(order, between.loads, strict=True)}
+        self.first_ends = {n: load.first_end for n, load in zip(order, BetweenLoads(between.loads), strict=True)}
         self._rows_of_loops = _rows_of_loops(model)
         self._first_contact_row = len(loops.rows) - DIRECTIONS * len(loops.points.places)
         contacts = range(len(model.rigid_contacts) + 1)
@@ -87,7 +87,7 @@ class ForceTableBuilder:
             WRENCH * len(two_ended),
             len(gears),
             WRENCH * len(parts),
-            WRENCH * len(between.rows),
+            WRENCH * len(between.ends),
             CONTACT_OUTPUTS * len(model.rigid_contacts),
             POINT_OUTPUTS * len(loops.points.places),
         )
@@ -104,7 +104,7 @@ class ForceTableBuilder:
             work=laid_out(
                 ForceWork,
                 state_count=model.state_count,
-                end_count=len(between.rows),
+                end_count=len(between.ends),
                 component_count=len(held["components"]),
                 exerted_size=exerted_size(loops),
             ),

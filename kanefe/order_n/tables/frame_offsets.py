@@ -8,10 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.bodies.marker import CoordinateMarker, Marker
+from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.loads.loads_layout import AT, COORDINATE, SPEED
-from kanefe.kernels.loads.markers import MARKER_NUMBERS
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.order_n.tables.load_points import body_of_points
 from kanefe.order_n.tables.modal_constants import ModalConstants
@@ -83,11 +81,7 @@ class FrameOffsets:
         return self._of_interfaces[where]
 
     def marker_numbers(self, marker: Marker) -> tuple[int, np.ndarray]:
-        """Return the row of a marker, and its place and axes in that row; of a joint coordinate where it is."""
-        if isinstance(marker, CoordinateMarker):
-            numbers = np.zeros(MARKER_NUMBERS)
-            numbers[[AT, SPEED]] = self.model.coordinate_places(marker.body)[marker.coordinate]
-            return COORDINATE, numbers
+        """Return the row of a marker, and its place and axes in that row."""
         frame_offset = self.frame_offset(marker.body, marker.interface)
         return frame_offset.row, np.concatenate(
             (frame_offset.place + frame_offset.axes @ marker.point, (frame_offset.axes @ marker.axes).ravel())

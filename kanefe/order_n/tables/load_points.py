@@ -27,15 +27,14 @@ def body_of_points(load: Load, reach: LoadReach | None) -> int:
     return int(bodies.pop()) if is_linear and len(bodies) == 1 else -1
 
 
-def point_numbers(loads: Sequence[Load], modes: ModalConstants) -> tuple[np.ndarray, bool, bool]:
-    """Return undeformed places and motion from the modes of the points of loads on one body, in the kernels' order.
-
-    Also whether they turn, and whether all ends are the points themselves.
-    """
+def point_numbers(loads: Sequence[Load], modes: ModalConstants) -> tuple[dict[str, int], np.ndarray]:
+    """Return what `Team` has of the points of loads on one body, in the kernels' order, and their numbers."""
     frames = [marker for load in loads for marker in load.ends[1:]]
     motions = [modes.of_interface(frame.interface.motion[:, : modes.count]) for frame in frames]
     turns = any(motion[3:].any() for motion in motions)
     is_plain = all(not frame.point.any() and np.array_equal(frame.axes, np.eye(3)) for frame in frames)
     places = np.array([frame.interface.position for frame in frames])
     basis = np.concatenate([motion if turns else motion[:3] for motion in motions])
-    return np.concatenate((places.ravel(), np.ascontiguousarray(basis.T).ravel())), turns, is_plain
+    found = {"point_count": len(frames), "turns": turns, "is_plain": is_plain}
+    found |= {"mode_count": modes.count, "column_count": len(basis)}
+    return found, np.concatenate((places.T.ravel(), basis.T.ravel()))

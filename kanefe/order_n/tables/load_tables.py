@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.bodies.marker import CoordinateMarker
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.force_elements.given import given
-from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE
-from kanefe.kernels.loads.loads_layout import (
-    A_POINT,
-    LOAD_INTEGERS,
-    POINT_NUMBERS,
-    load_workspace_size,
-    no_loads_between,
-)
-from kanefe.kernels.loads.markers import MARKER_NUMBERS
-from kanefe.kernels.loads.reach import POINTS, reach_size
-from kanefe.kernels.tables import LoadsBetween
+from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, done_size
+from kanefe.kernels.loads.acting import A_POINT, COORDINATE, Acting, BetweenLoad, LoadEnd
+from kanefe.kernels.loads.coordinate_law import CoordinateLaw
+from kanefe.kernels.loads.joint_forces import JointForce
+from kanefe.kernels.loads.joint_reactions import Bearing
+from kanefe.kernels.loads.point_and_field_loads import PointLoad
+from kanefe.kernels.loads.reach import ReachSizes, Teams
+from kanefe.kernels.tables import LoadsBetween, Reach
+from kanefe.kernels.values.records import filled_rows, laid_out
 from kanefe.loads.action import LoadKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.reach_tables import in_teams, reach_tables, sweeps
@@ -27,6 +26,9 @@ from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
+
+Kernels = Mapping[int, tuple[tuple[int, int], np.ndarray]]
+"""Addresses of the functions of loads, and their constants, by their numbers in the model."""
 
 
 def attached_interfaces(
@@ -61,32 +63,37 @@ def attached_interfaces(
     return attached
 
 
-def point_load_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
+def point_load_tables(builder: FrameOffsets) -> tuple[np.ndarray, ...]:
     """Return `Tables.loads` and `Tables.points`."""
-    loads, points = [], []
+    found = []
     for number, body in enumerate(builder.model.bodies):
         for load, interface in body.loads:
-            frame_offset = builder.frame_offset(number, interface)
-            loads.append((frame_offset.row, builder.inputs.of(load), int(load.is_torque), int(load.follows)))
-            points.append(
-                np.concatenate((frame_offset.place + frame_offset.axes @ load.point, frame_offset.axes.ravel()))
+            at = builder.frame_offset(number, interface)
+            found.append(
+                {
+                    "row": at.row,
+                    "first_input": builder.inputs.of(load),
+                    "is_torque": load.is_torque,
+                    "follows": load.follows,
+                    "point": at.place + at.axes @ load.point,
+                    "axes": at.axes,
+                }
             )
-    return np.array(loads, dtype=np.int64).reshape(-1, 4), np.array(points, dtype=float).reshape(-1, 12)
+    return filled_rows(PointLoad, found)
 
 
 def joint_force_tables(builder: FrameOffsets) -> tuple[np.ndarray, np.ndarray]:
     """Return `Tables.joint_forces` and `Tables.laws`."""
-    forces: list[tuple[int, ...]] = []
-    laws: list[np.ndarray] = []
+    forces, laws = [], list[np.ndarray]()
     for number, body in enumerate(builder.model.bodies):
-        places = builder.model.coordinate_places(number)
+        places = [{"coordinate": at, "speed": speed} for at, speed in builder.model.coordinate_places(number)]
         for load in body.joint_loads:
-            forces.append((*places[load.coordinate], -1, builder.inputs.of(load)))
+            forces.append(places[load.coordinate] | {"law": -1, "motor": builder.inputs.of(load)})
         for i, law in enumerate(body.joint.coordinate_forces):
             if law is not None and law.acts:
-                forces.append((*places[i], len(laws), -1))
+                forces.append(places[i] | {"law": len(laws), "motor": -1})
                 laws.append(law.law)
-    return np.array(forces, dtype=np.int64).reshape(-1, 4), np.array(laws, dtype=float).reshape(-1, 7)
+    return filled_rows(JointForce, forces)[0], np.array(laws).reshape(-1, CoordinateLaw.number_count)
 
 
 def loads_between(builder: FrameOffsets) -> tuple[LoadsBetween, list[int]]:
@@ -127,64 +134,125 @@ def told_loads(
     return _tables(builder, kernels, max((count for _, count in functions.values()), default=0))
 
 
-def _tables(
-    builder: FrameOffsets, kernels: Mapping[int, tuple[tuple[int, int], np.ndarray]], values: int = 0
-) -> tuple[LoadsBetween, list[int]]:
+def _tables(builder: FrameOffsets, kernels: Kernels, values: int = 0) -> tuple[LoadsBetween, list[int]]:
     """Return the tables of loads by their numbers in the model, and these in the order of the tables.
 
     `values` are what one of them writes at most, where that is not what it does: each has room for them beside states.
     """
-    if not kernels:
-        return no_loads_between(), []
-    model = builder.model
     swept = sweeps(builder, list(kernels))
     by_sweep = set(swept)
     teams = in_teams(builder, [number for number in kernels if number not in by_sweep])
-    reach = reach_tables(builder, teams, swept)
-    integers, rows, markers = [], list[int](), list[np.ndarray]()
-    pool: list[float] = []
-    bearings, places = list[tuple[int, int, int]](), list[np.ndarray]()
-    decays = np.zeros((model.state_count, 2))
-    for team, numbers in [*enumerate(teams), (-1, swept)]:
-        points = 0
-        for number in numbers:
-            load, states, constants = model.loads[number], model.load_states[number], kernels[number][1]
-            first, count = max(builder.inputs.of(load), 0), len(load.ends)
-            own_points = count - 1 if builder.point_bodies[number] >= 0 else 0
-            where = len(rows), count, len(pool), first, states.start, states.stop - states.start + values
-            integers.append((*where, team, points, own_points, count - own_points))
-            points += own_points
-            if number in model.bearings:
-                frame_offset, bearing = builder.frame_offsets[model.bearings[number]], model.following(number).surfaces
-                bearings.append((len(integers) - 1, frame_offset.row, int(bearing.has_moment)))
-                places.append(np.concatenate((frame_offset.place, frame_offset.axes @ bearing.axis)))
-            pool += constants.tolist()
-            reach_of_load = builder.reaches[number]
-            if reach_of_load is not None:
-                decays[states] = reach_of_load.decays
-            for end, marker in enumerate(load.ends):
-                if end >= count - own_points:
-                    row, at = A_POINT, np.concatenate((marker.point, marker.axes.ravel()))
-                else:
-                    row, at = builder.marker_numbers(marker)
-                rows.append(row)
-                markers.append(at)
     order = [number for team in teams for number in team] + swept
-    near, of_points = (
-        reach_size(reach),
-        POINT_NUMBERS * max((int(count) for count in reach.teams[:, POINTS]), default=0),
-    )
-    of_loads = max(load_workspace_size(row[1], row[5]) for row in integers)
+    loads, ends = _loads_and_ends(builder, kernels, [*enumerate(teams), (-1, swept)], values)
+    reach, decays = reach_tables(builder, teams, swept), _decays(builder, order)
+    (end_rows, markers), bearings = filled_rows(LoadEnd, ends), filled_rows(Bearing, list(_bearings(builder, order)))
     return LoadsBetween(
-        loads=np.array(integers, dtype=np.int64).reshape(-1, LOAD_INTEGERS),
-        addresses=np.array([kernels[number][0] for number in order], dtype=np.int64).reshape(-1, 2),
-        rows=np.array(rows, dtype=np.int64),
-        markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
-        numbers=np.array(pool, dtype=float),
+        loads=filled_rows(BetweenLoad, loads)[0],
+        ends=end_rows,
+        markers=markers,
+        numbers=np.concatenate((*(kernels[number][1] for number in order), np.zeros(0))),
         decay_rates=np.ascontiguousarray(decays[:, 0]),
         decay_energies=np.ascontiguousarray(decays[:, 1]),
         reach=reach,
-        workspace_size=np.array([near + of_points + of_loads, near, of_points]),
-        bearings=np.array(bearings, dtype=np.int64).reshape(-1, 3),
-        bearing_places=np.array(places).reshape(-1, 6),
+        workspace=_workspace(reach, loads),
+        bearings=bearings[0],
+        bearing_places=bearings[1],
     ), order
+
+
+def _loads_and_ends(
+    builder: FrameOffsets, kernels: Kernels, teams: Sequence[tuple[int, Sequence[int]]], values: int
+) -> tuple[list[dict[str, int]], list[dict[str, Any]]]:
+    """Return what the tables have of the loads of teams, by their numbers, and of their ends."""
+    loads, ends = [], list[dict[str, Any]]()
+    first_number = 0
+    for team, numbers in teams:
+        first_point = 0
+        for number in numbers:
+            own, points = _ends_of(builder, number), _point_count(builder, number)
+            (function, complex_function), constants = kernels[number]
+            states = builder.model.load_states[number]
+            loads.append(
+                {
+                    "first_end": len(ends),
+                    "end_count": len(own),
+                    "first_number": first_number,
+                    "first_input": max(builder.inputs.of(builder.model.loads[number]), 0),
+                    "first_state": states.start,
+                    "state_count": states.stop - states.start + values,
+                    "team": team,
+                    "first_point": first_point,
+                    "point_count": points,
+                    "point_end": len(own) - points,
+                    "function": function,
+                    "complex_function": complex_function,
+                }
+            )
+            ends += own
+            first_number += len(constants)
+            first_point += points
+    return loads, ends
+
+
+def _point_count(builder: FrameOffsets, number: int) -> int:
+    """Return how many ends of a load are points; they are the last ones."""
+    return len(builder.model.loads[number].ends) - 1 if builder.point_bodies[number] >= 0 else 0
+
+
+def _ends_of(builder: FrameOffsets, number: int) -> list[dict[str, Any]]:
+    """Return the ends of a load."""
+    ends, found = builder.model.loads[number].ends, []
+    for end, marker in enumerate(ends):
+        row, place, axes, coordinate, speed = -1, np.zeros(3), np.eye(3), 0, 0
+        if isinstance(marker, CoordinateMarker):
+            row, (coordinate, speed) = COORDINATE, builder.model.coordinate_places(marker.body)[marker.coordinate]
+        elif end >= len(ends) - _point_count(builder, number):
+            row, place, axes = A_POINT, marker.point, marker.axes
+        else:
+            at = builder.frame_offset(marker.body, marker.interface)
+            row, place, axes = at.row, at.place + at.axes @ marker.point, at.axes @ marker.axes
+        found.append({"row": row, "point": place, "axes": axes, "coordinate": coordinate, "speed": speed})
+    return found
+
+
+def _bearings(builder: FrameOffsets, order: Sequence[int]) -> Iterator[dict[str, Any]]:
+    """Yield the joints whose load is followed."""
+    for load, number in enumerate(order):
+        if number in builder.model.bearings:
+            at, bearing = (
+                builder.frame_offsets[builder.model.bearings[number]],
+                builder.model.following(number).surfaces,
+            )
+            axis, has_moment = at.axes @ bearing.axis, bearing.has_moment
+            yield {"load": load, "row": at.row, "has_moment": has_moment, "place": at.place, "axis": axis}
+
+
+def _decays(builder: FrameOffsets, order: Sequence[int]) -> np.ndarray:
+    """Return rates and energies of all states of loads, where these cannot act."""
+    decays = np.zeros((builder.model.state_count, 2))
+    for number in order:
+        reach = builder.reaches[number]
+        if reach is not None:
+            decays[builder.model.load_states[number]] = reach.decays
+    return decays
+
+
+def _workspace(reach: Reach, loads: Sequence[Mapping[str, int]]) -> np.ndarray:
+    """Return the whole numbers of `Acting`."""
+    sizes, teams = ReachSizes(reach.sizes), Teams(reach.teams, reach.points)
+    return laid_out(
+        Acting,
+        ball_count=len(reach.balls),
+        swell_count=len(reach.swells),
+        swept_ball_count=sizes.swept_balls,
+        load_count=len(loads),
+        near_count=len(loads) - sizes.first_swept,
+        point_count=max((team.point_count for team in teams), default=0),
+        end_count=max((load["end_count"] for load in loads), default=0),
+        done_size=max((done_size(load["end_count"], load["state_count"]) for load in loads), default=0),
+    )
+
+
+def no_loads_between(builder: FrameOffsets) -> LoadsBetween:
+    """Return the tables of a scene of which no load is looked at."""
+    return _tables(builder, {})[0]

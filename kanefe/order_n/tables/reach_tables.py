@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kanefe.frames import Vector
-from kanefe.kernels.contact.broad_phase import BALL
-from kanefe.kernels.loads.reach import BALL_INTEGERS, BOUNDS_NUMBERS, TEAM_INTEGERS
+from kanefe.kernels.loads.reach import Bound, Pair, ReachSizes, RowBall, Swell, Team
 from kanefe.kernels.tables import Reach
+from kanefe.kernels.values.records import allocate, filled_rows
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.load_points import point_numbers
 
@@ -22,6 +22,16 @@ if TYPE_CHECKING:
 SWEEP_FROM = 4
 """Number of loads per ball from which a sweep over the balls replaces separate tests of the loads: to sort and compare
 a ball takes about as many products as that many tests of its place in the axes of what is touched."""
+
+NO_POINTS = {"body": -1, "point_count": 0, "turns": 0, "is_plain": 0, "mode_count": 0, "column_count": 0}
+"""What a team has of points whose loads have none on a flexible body."""
+
+EVERYWHERE = {"row": -1, "origin": np.zeros(3), "axes": np.eye(3), "lower": np.zeros(3), "upper": np.zeros(3)} | {
+    "rounding": 0.0,
+    "stretch": 0.0,
+    "is_room": 0.0,
+}
+"""Bounds of a load that acts everywhere: without balls nobody looks at them."""
 
 SLACK = 1.01
 """Factor on the radii of balls in a sweep: events see contacts approach before they touch."""
@@ -101,88 +111,116 @@ def in_teams(builder: FrameOffsets, numbers: Sequence[int]) -> list[list[int]]:
         key: object = None
         reach = builder.reaches[number]
         if reach is not None:
-            row, numbers_of = _bounds(builder, number, reach.bounds)
+            bounds = (np.asarray(value, dtype=float).tobytes() for value in _bounds(builder, number).values())
             carriers = tuple((ball.row, ball.flexible) for ball in _balls_of(builder, number))
-            key = row, carriers, builder.point_bodies[number], numbers_of.tobytes()
+            key = carriers, builder.point_bodies[number], *bounds
         teams.setdefault(key, []).append(number)
     return list(teams.values())
 
 
+class _Numbered:
+    """Balls, each once, in the order in which they are asked for."""
+
+    def __init__(self) -> None:
+        self.balls: list[_Ball] = []
+        self._numbers: dict[tuple[object, ...], int] = {}
+
+    def number(self, ball: _Ball) -> int:
+        """Return the number of a ball."""
+        if ball.key not in self._numbers:
+            self._numbers[ball.key] = len(self.balls)
+            self.balls.append(ball)
+        return self._numbers[ball.key]
+
+
 def reach_tables(builder: FrameOffsets, teams: Sequence[Sequence[int]], swept: Sequence[int]) -> Reach:
     """Return the tables of the reach of loads: those of all teams one by one, and then those that are swept."""
-    numbers: dict[tuple[object, ...], int] = {}
-    balls: list[_Ball] = []
+    numbered, in_teams = _Numbered(), [number for team in teams for number in team]
+    pairs = _pairs(builder, swept, len(in_teams), numbered)
+    swept_balls = len(numbered.balls)
+    own = [_balls_of(builder, number) for number in in_teams] + [[]] * len(swept)
+    members = [numbered.number(ball) for of_load in own for ball in of_load]
+    of_teams, points = _teams(builder, teams, own, numbered)
+    (of_loads, bounds), (rows, centres) = (
+        _all_bounds(builder, [*in_teams, *swept], own),
+        _rows_of(numbered, swept_balls),
+    )
+    keyed = sorted((a * len(numbered.balls) + b, load) for a, b, load in pairs)
+    swells, weights = _swells(numbered.balls)
+    has_states = any(len(builder.model.loads[number].initial_states) > 0 for number in swept)
+    return Reach(
+        teams=of_teams,
+        loads=of_loads,
+        bounds=bounds,
+        balls=rows,
+        centres=centres,
+        swells=filled_rows(Swell, swells)[0],
+        weights=np.concatenate((*weights, np.zeros(0))),
+        members=np.array(members, dtype=np.int64),
+        pairs=filled_rows(Pair, [{"balls": pair, "load": load} for pair, load in keyed])[0],
+        points=points,
+        sizes=allocate(ReachSizes, first_swept=len(in_teams), swept_balls=swept_balls, has_swept_states=has_states)[0],
+    )
 
-    def number_of(ball: _Ball) -> int:
-        if ball.key not in numbers:
-            numbers[ball.key] = len(balls)
-            balls.append(ball)
-        return numbers[ball.key]
 
-    order = [*(number for team in teams for number in team), *swept]
-    first_swept = len(order) - len(swept)
-    pairs = []
-    for place, number in enumerate(swept):
+def _pairs(builder: FrameOffsets, swept: Sequence[int], first: int, numbered: _Numbered) -> list[tuple[int, int, int]]:
+    """Return the two balls of each swept load, the lower number first, and the load; the first load has a number."""
+    found = []
+    for load, number in enumerate(swept, first):
         reach = builder.reaches[number]
         if reach is not None:
             ends = _balls_of(builder, number)[0], _ball_of_bounds(builder, number, reach.bounds)
-            pairs.append((*sorted(map(number_of, ends)), first_swept + place))
-    swept_balls = len(balls)
-    members: list[int] = []
-    of_loads, bounds = [], []
-    for place, number in enumerate(order):
-        reach, first = builder.reaches[number], len(members)
-        if place < first_swept:
-            members += [number_of(ball) for ball in _balls_of(builder, number)]
-        row, of_load = (-1, np.zeros(BOUNDS_NUMBERS)) if reach is None else _bounds(builder, number, reach.bounds)
-        of_loads.append((row, first, len(members) - first))
-        bounds.append(of_load)
-    of_teams, points = _teams(
-        builder, teams, [[balls[m] for m in members[f : f + n]] for _, f, n in of_loads], number_of
-    )
-    keyed = sorted((a * len(balls) + b, load) for a, b, load in pairs)
-    swells, weights, of_balls = _swells(balls)
-    centres = [(*ball.centre, ball.radius * (SLACK if i < swept_balls else 1.0)) for i, ball in enumerate(balls)]
-    has_states = any(len(builder.model.loads[number].initial_states) > 0 for number in swept)
-    return Reach(
-        np.array(of_teams, dtype=np.int64).reshape(-1, TEAM_INTEGERS),
-        np.array(of_loads, dtype=np.int64).reshape(-1, 3),
-        np.array(of_balls, dtype=np.int64).reshape(-1, BALL_INTEGERS),
-        np.array(centres).reshape(-1, BALL),
-        np.array(swells, dtype=np.int64).reshape(-1, 2),
-        np.concatenate((*weights, np.zeros(0))),
-        np.array(members, dtype=np.int64),
-        np.array(bounds).reshape(-1, BOUNDS_NUMBERS),
-        np.array(keyed, dtype=np.int64).reshape(-1, 2),
-        points,
-        np.array((first_swept, swept_balls, int(has_states))),
-    )
+            a, b = sorted(map(numbered.number, ends))
+            found.append((a, b, load))
+    return found
+
+
+def _all_bounds(builder: FrameOffsets, order: Sequence[int], own: Sequence[Sequence[_Ball]]) -> tuple[np.ndarray, ...]:
+    """Return integers and numbers of the bounds of all loads, which have these balls."""
+    found, first = [], 0
+    for number, balls in zip(order, own, strict=True):
+        found.append(_bounds(builder, number) | {"first_ball": first, "ball_count": len(balls)})
+        first += len(balls)
+    return filled_rows(Bound, found)
+
+
+def _rows_of(numbered: _Numbered, swept_balls: int) -> tuple[np.ndarray, ...]:
+    """Return integers and numbers of all balls, of which the first ones are swept."""
+    bodies, found = _swelling(numbered.balls), []
+    for i, ball in enumerate(numbered.balls):
+        swell = bodies.index(ball.flexible) if ball.flexible >= 0 else -1
+        radius = ball.radius * (SLACK if i < swept_balls else 1.0)
+        found.append({"row": ball.row, "swell": swell, "centre": ball.centre, "radius": radius})
+    return filled_rows(RowBall, found)
 
 
 def _teams(
-    builder: FrameOffsets,
-    teams: Sequence[Sequence[int]],
-    balls_of: Sequence[Sequence[_Ball]],
-    number_of: Callable[[_Ball], int],
-) -> tuple[list[tuple[int, ...]], np.ndarray]:
-    """Return the integers of teams, and the numbers of their points."""
-    model, found, first, pool, size = builder.model, [], 0, [np.zeros(0)], 0
+    builder: FrameOffsets, teams: Sequence[Sequence[int]], own: Sequence[Sequence[_Ball]], numbered: _Numbered
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the integers of teams, with the balls about all that their loads have, and the numbers of their points."""
+    found, first, pool, size = [], 0, [np.zeros(0)], 0
     for team in teams:
-        loads, states = [model.loads[number] for number in team], [model.load_states[number] for number in team]
-        balls = [ball for of_load in balls_of[first : first + len(team)] for ball in of_load]
-        ball = number_of(_about(balls)) if len(team) > 1 and len(balls) == len(team) else -1
+        loads, states = [builder.model.loads[n] for n in team], [builder.model.load_states[n] for n in team]
+        balls = [ball for of_load in own[first : first + len(team)] for ball in of_load]
         beside = all(one.stop == other.start for one, other in pairwise(states))
-        of_states = (states[0].start, states[-1].stop - states[0].start) if beside else (-1, 0)
-        body, of_points = builder.point_bodies[team[0]], (-1, 0, 0, 0, 0)
+        of_team = {
+            "first_load": first,
+            "load_count": len(team),
+            "ball": numbered.number(_about(balls)) if len(team) > 1 and len(balls) == len(team) else -1,
+            "first_state": states[0].start if beside else -1,
+            "state_count": states[-1].stop - states[0].start if beside else 0,
+            "constants": size,
+        }
+        body = builder.point_bodies[team[0]]
         if body >= 0:
-            numbers, turns, is_plain = point_numbers(loads, builder.modes[body])
-            count = sum(len(load.ends) - 1 for load in loads)
-            of_points = builder.flexible_numbers[body], count, size, int(turns), int(is_plain)
+            points, numbers = point_numbers(loads, builder.modes[body])
             pool.append(numbers)
             size += len(numbers)
-        found.append((first, len(team), ball, *of_states, *of_points))
+            found.append(of_team | points | {"body": builder.flexible_numbers[body]})
+        else:
+            found.append(of_team | NO_POINTS)
         first += len(team)
-    return found, np.concatenate(pool)
+    return filled_rows(Team, found)[0], np.concatenate(pool)
 
 
 def _about(balls: Sequence[_Ball]) -> _Ball:
@@ -192,30 +230,34 @@ def _about(balls: Sequence[_Ball]) -> _Ball:
     return _Ball(balls[0].row, centre, radius, balls[0].flexible, np.max([ball.weights for ball in balls], axis=0))
 
 
-def _bounds(builder: FrameOffsets, number: int, bounds: Bounds) -> tuple[int, np.ndarray]:
-    """Return the row of the first end of a load, and its bounds there, as the kernels have them."""
-    marker = builder.model.loads[number].ends[0]
-    frame_offset = builder.frame_offset(marker.body, marker.interface)
-    axes = frame_offset.axes @ marker.axes
-    origin = frame_offset.place + frame_offset.axes @ marker.point
-    numbers = bounds.rounding, bounds.stretch, float(bounds.is_room)
-    return frame_offset.row, np.concatenate((origin, (axes @ bounds.axes).ravel(), bounds.lower, bounds.upper, numbers))
+def _bounds(builder: FrameOffsets, number: int) -> dict[str, Any]:
+    """Return the bounds of a load in the row of its first end; of one that acts everywhere none."""
+    reach, marker = builder.reaches[number], builder.model.loads[number].ends[0]
+    if reach is None:
+        return EVERYWHERE
+    frame_offset, bounds = builder.frame_offset(marker.body, marker.interface), reach.bounds
+    return {
+        "row": frame_offset.row,
+        "origin": frame_offset.place + frame_offset.axes @ marker.point,
+        "axes": frame_offset.axes @ marker.axes @ bounds.axes,
+        **{name: getattr(bounds, name) for name in ("lower", "upper", "rounding", "stretch", "is_room")},
+    }
 
 
-def _swells(balls: Sequence[_Ball]) -> tuple[list[tuple[int, int]], list[Vector], list[tuple[int, int]]]:
-    """Return what balls grow by: of a body the largest weights of all its balls, and each ball's row and swell."""
-    largest: dict[int, Vector] = {}
-    for ball in balls:
-        if ball.flexible >= 0:
-            known = largest.get(ball.flexible, np.zeros_like(ball.weights))
-            largest[ball.flexible] = np.maximum(known, ball.weights)
-    swells, place = [], 0
-    for flexible, weights in largest.items():
-        swells.append((flexible, place))
-        place += len(weights)
-    order = list(largest)
-    of_balls = [(ball.row, order.index(ball.flexible) if ball.flexible >= 0 else -1) for ball in balls]
-    return swells, list(largest.values()), of_balls
+def _swelling(balls: Sequence[_Ball]) -> list[int]:
+    """Return the flexible bodies that balls are on, in the order of these."""
+    return list(dict.fromkeys(ball.flexible for ball in balls if ball.flexible >= 0))
+
+
+def _swells(balls: Sequence[_Ball]) -> tuple[list[dict[str, int]], list[Vector]]:
+    """Return what balls grow by, and the weights: of a body the largest of all its balls."""
+    swells, all_weights, first = [], list[Vector](), 0
+    for body in _swelling(balls):
+        weights = np.max([ball.weights for ball in balls if ball.flexible == body], axis=0)
+        swells.append({"body": body, "mode_count": len(weights), "first": first})
+        all_weights.append(weights)
+        first += len(weights)
+    return swells, all_weights
 
 
 def far_values(builder: FrameOffsets, number: int) -> np.ndarray:

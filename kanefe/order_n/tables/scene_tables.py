@@ -17,10 +17,11 @@ from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.layout import ROTATION_VECTOR, TAIT_BRYAN
 from kanefe.kernels.links.places import SIGNATURE
+from kanefe.kernels.loads.point_and_field_loads import Traction
 from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import LINK_INTEGERS, GivenLink, InterfaceLink, Kind, Link
 from kanefe.kernels.values import tensors
-from kanefe.kernels.values.records import room
+from kanefe.kernels.values.records import filled_rows, room
 from kanefe.order_n.tables.exact_beam_tables import (
     BEAM_LENGTHS,
     beam_numbers,
@@ -77,7 +78,7 @@ class TableBuilder(FrameOffsets):
         self._pool = _Pool()
         self._of_links = _Pool()
         self._carrying: list[int] = []
-        self._fields: list[tuple[int, int, int, int, int, int, int]] = []
+        self._fields: list[dict[str, int]] = []
         self._modal = self._border = 0
         self._is_complete = is_complete
         wanted = attached_interfaces(model, self.point_bodies, is_complete)
@@ -103,7 +104,7 @@ class TableBuilder(FrameOffsets):
             bodies=np.array(self._bodies, dtype=np.int64).reshape(-1, ExactBeam.integer_count),
             pool=np.concatenate((*self._pool.parts, np.zeros(0))),
             carrying=np.array(self._carrying, dtype=np.int64),
-            fields=np.array(self._fields, dtype=np.int64).reshape(-1, 7),
+            fields=filled_rows(Traction, self._fields)[0],
             sizes=np.array((self._modal, self._border, SLOPE_CODES[model.slopes.name])),
         )
 
@@ -237,8 +238,9 @@ class TableBuilder(FrameOffsets):
             quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
             if quadratic is not None and k and not load.is_pressure:
                 bending, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._modal_space(3 * k)
-            kinds = int(load.is_pressure), int(load.follows)
-            self._fields.append((flexible, self.inputs.of(load), *kinds, constants, bending, bent))
+            own = {"is_pressure": load.is_pressure, "follows": load.follows, "first_input": self.inputs.of(load)}
+            places = {"constants": constants, "bends_twice": bending, "bent": bent}
+            self._fields.append({"body": flexible, "mode_count": k} | own | places)
         self._bodies.append(integers)
 
     def _modal_space(self, size: int) -> int:
