@@ -13,7 +13,7 @@ from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.loads.coordinate_law import CoordinateLaw, coordinate_force, coordinate_potential, coordinate_slopes
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 
 
 @dataclass(frozen=True)
@@ -202,8 +202,8 @@ class CoordinateForce:
     @cached_property
     def law(self) -> Vector:
         """Its numbers without friction, as in `kanefe.kernels.loads.coordinate_law`."""
-        same = {name: getattr(self, name) for name in ("stiffness", "damping", "rest", "lower", "upper")}
-        return filled(CoordinateLaw, **same, stop_stiffness=self.limit_stiffness, stop_damping=self.limit_damping)
+        stop = {"stop_stiffness": self.limit_stiffness, "stop_damping": self.limit_damping}
+        return filled_from(self, CoordinateLaw, **stop)
 
     def force(self, q: float, rate: float) -> float:
         """Return the generalised force without friction at coordinate q (m) and its rate (m/s), N."""

@@ -14,7 +14,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.aerodynamics import AerodynamicsNumbers, aerodynamics, areas_at, blown
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of
@@ -160,13 +160,7 @@ class Aerodynamics(Load):
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
         rest = np.concatenate((self.wind.numbers, self.pieces.ravel()))
-        given = filled(
-            AerodynamicsNumbers,
-            density=self.density,
-            flat_area=self.flat_area,
-            piece_count=len(self.pieces),
-            wind=rest,
-        )
+        given = filled_from(self, AerodynamicsNumbers, piece_count=len(self.pieces), wind=rest)
         return LoadKernel(aerodynamics, given, aerodynamics)
 
 

@@ -28,7 +28,7 @@ from kanefe.kernels.force_elements.coordinate_friction import (
 )
 from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
 from kanefe.kernels.values import tensors
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import HeldCoordinates, Load, LoadEvent
@@ -263,16 +263,15 @@ class CoordinateFriction(Load):
         """Its compiled function and numbers."""
         bearing = self.surfaces
         unused = (0.0,) * (MOST_DIRECTIONS - self.count)
-        same = "has_memory sliding static stiffness damping base load_time stribeck_speed"
-        given = filled(
+        given = filled_from(
+            self,
             FrictionNumbers,
             directions=self.count,
             follows=self.bearing is not None,
-            rubbing=filled(Rubbing, **{name: getattr(bearing, name) for name in Rubbing.fields}),
+            rubbing=filled_from(bearing, Rubbing),
             arms=(*self.arms, *unused),
             is_at_rest=self.rest is not None,
             rest=(*(self.rest or self.count * (0.0,)), *unused),
-            **{name: getattr(self, name) for name in same.split()},
         )
         change = coordinate_friction_change if self.has_memory else None
         real = falling_friction if self.stribeck_speed > 0.0 else coordinate_friction

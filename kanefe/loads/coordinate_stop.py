@@ -19,7 +19,7 @@ from kanefe.kernels.force_elements.coordinate_stop import (
     coordinate_stop_watch,
     push_of,
 )
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel, EventByKernel, numbers_of, slopes
@@ -117,8 +117,7 @@ class CoordinateStop(Load):
     def kernel(self) -> LoadKernel:
         """Its compiled functions and numbers."""
         limits = max(self.lower, -FAR), min(self.upper, FAR)
-        law = {"stiffness": self.stiffness, "impact": self.impact, "least_speed": self.least_speed}
-        given = filled(StopNumbers, lower=limits[0], upper=limits[1], **law)
+        given = filled_from(self, StopNumbers, lower=limits[0], upper=limits[1])
         watch = coordinate_stop_watch, coordinate_stop_change
         return LoadKernel(coordinate_stop, given, coordinate_stop, *watch)
 

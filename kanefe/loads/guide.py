@@ -16,7 +16,7 @@ from kanefe.joints.quintic import quintic_spline
 from kanefe.kernels.force_elements.guide import GuideNumbers, foot_of, guide, guide_tell, guide_watch, place_in, weight
 from kanefe.kernels.force_elements.nearest_on_line import Line
 from kanefe.kernels.links.polynomials import POWERS
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled, filled_from
 from kanefe.loads.action import NO_STATES, End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of, written_by
@@ -191,8 +191,7 @@ class Guide(Load):
         starts, weights = _weights(self._stations)
         table = np.concatenate((self._stations, starts, weights.ravel()))
         line = filled(Line, points=len(self._stations), pieces=len(starts) - 1, table=table)
-        law = {"stiffness": self.stiffness, "damping": self.damping, "drag": self.drag}
-        given = filled(GuideNumbers, line=line, **law)
+        given = filled_from(self, GuideNumbers, line=line)
         return LoadKernel(guide, given, guide, guide_watch, tell=guide_tell)
 
 

@@ -14,7 +14,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, shaped_numbers
 from kanefe.kernels.force_elements.oleo import OleoNumbers, gas_in, oil_through, oleo, room_left
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 
@@ -187,10 +187,7 @@ class Oleo(AlongLine):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
-        given = filled(
-            OleoNumbers,
-            extended=math.nan if self.extended is None else self.extended,
-            rebound=self.orifice if self.rebound is None else self.rebound,
-            **{name: getattr(self, name) for name in ("area", "pressure", "volume", "exponent", "ambient", "orifice")},
-        )
+        extended = math.nan if self.extended is None else self.extended
+        rebound = self.orifice if self.rebound is None else self.rebound
+        given = filled_from(self, OleoNumbers, extended=extended, rebound=rebound)
         return LoadKernel(oleo, given, oleo)

@@ -13,7 +13,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.periodic_load import PeriodicLoadNumbers, own_at, periodic_load
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 
@@ -135,13 +135,6 @@ class PeriodicLoad(Load):
         """Its compiled function and numbers."""
         times, shares = self.share or ALWAYS
         rest = np.concatenate((self.rows.ravel(), times, shares))
-        given = filled(
-            PeriodicLoadNumbers,
-            rate=self.rate,
-            azimuth=self.azimuth,
-            harmonic_count=len(self.rows),
-            table_size=len(times),
-            mean=self.mean,
-            harmonics=rest,
-        )
+        counts = {"harmonic_count": len(self.rows), "table_size": len(times)}
+        given = filled_from(self, PeriodicLoadNumbers, harmonics=rest, **counts)
         return LoadKernel(periodic_load, given, periodic_load)

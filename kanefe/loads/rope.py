@@ -27,7 +27,7 @@ from kanefe.kernels.force_elements.rope import (
     unstretched,
 )
 from kanefe.kernels.links.polynomials import POWERS
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
@@ -284,11 +284,11 @@ class Rope(AlongLine):
         powers = np.zeros((len(pieces), POWERS))
         powers[:, : pieces.shape[1] - 1] = pieces[:, 1:]
         first, last = np.nan_to_num(known)  # of what is known at all times the largest numbers: a kernel's are finite
-        given = filled(
+        given = filled_from(
+            self,
             RopeNumbers,
             cable=cable_of(self, self._winds),
             stiffness=self.axial_stiffness,
-            damping=self.damping,
             inputs=self.input_count,
             first=first,
             last=last,
@@ -330,8 +330,7 @@ def wound_up(load: Any, watch: Callable[..., None]) -> LoadEvent:
 
 def cable_of(load: Any, winds: bool) -> Vector:
     """Return what the events of a line look at: see `kanefe.kernels.force_elements.rope.Cable`."""
-    looks = {"winds": winds, "looks_for_slack": load.looks_for_slack}
-    return filled(Cable, ends=len(load.ends), breaking_load=load.breaking_load or 0.0, **looks)
+    return filled_from(load, Cable, ends=len(load.ends), winds=winds)
 
 
 def parts_of(ends: Sequence[End]) -> tuple[float, ...]:

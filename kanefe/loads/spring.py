@@ -13,7 +13,7 @@ from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.force_elements.spring import SpringNumbers, spring, tensions
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 
@@ -93,15 +93,8 @@ class SpringDamper(AlongLine):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
-        given = filled(
-            SpringNumbers,
-            stiffness=self.stiffness,
-            damping=self.damping,
-            rest_length=self.rest_length,
-            inputs=self.input_count,
-            table_size=len(self.lengths),
-            table=np.concatenate((self.lengths, self.forces)),
-        )
+        table = np.concatenate((self.lengths, self.forces))
+        given = filled_from(self, SpringNumbers, inputs=self.input_count, table_size=len(self.lengths), table=table)
         return LoadKernel(spring, given, spring)
 
     @property

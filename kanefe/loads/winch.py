@@ -14,7 +14,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.winch import WinchNumbers, tension_of, wanted_at, winch, winch_change, winch_watch
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent
@@ -172,12 +172,8 @@ class Winch(AlongLine):
     @cached_property
     def kernel(self) -> LoadKernel:
         """Its compiled function and numbers."""
-        given = filled(
-            WinchNumbers,
-            cable=cable_of(self, winds=True),
-            table_size=len(self.tension[0]),
-            table=np.concatenate((*self.tension, self.parts or np.zeros(len(self.ends) - 1))),
-            **{name: getattr(self, name) for name in ("stiffness", "length", "speed", "damping", "is_settled")},
-        )
+        table = np.concatenate((*self.tension, self.parts or np.zeros(len(self.ends) - 1)))
+        cable, size = cable_of(self, winds=True), len(self.tension[0])
+        given = filled_from(self, WinchNumbers, cable=cable, table_size=size, table=table)
         watch = None if self.is_settled else winch_watch
         return LoadKernel(winch, given, winch, watch, None if self.breaking_load is None else winch_change)
