@@ -39,7 +39,7 @@ from kanefe.order_n.swept_state import MotionsKernel, SweptState
 from kanefe.order_n.tables.constraint_tables import loop_tables
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
-from kanefe.order_n.tables.load_tables import loads_between, no_loads_between
+from kanefe.order_n.tables.load_tables import loads_between, told_loads
 from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.order_n.watching import Watching
 from kanefe.tree.model_data import QUADRATURES, ModelData
@@ -181,7 +181,7 @@ class OrderN(LiteralRoute):
     def complete(self) -> tuple[FrameOffsets, Scene]:
         """A scene in which every body and every interface has a row of its own, and where frames are in it."""
         builder = TableBuilder(self.model, is_complete=True)
-        return builder, scene_of(*builder.tables(), no_loads_between(builder), no_loops())
+        return builder, scene_of(*builder.tables(), told_loads(builder, {})[0], no_loops())
 
     @cached_property
     def force_kernel(self) -> ForceKernel:

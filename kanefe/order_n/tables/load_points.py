@@ -35,6 +35,5 @@ def point_numbers(loads: Sequence[Load], modes: ModalConstants) -> tuple[dict[st
     is_plain = all(not frame.point.any() and np.array_equal(frame.axes, np.eye(3)) for frame in frames)
     places = np.array([frame.interface.position for frame in frames])
     basis = np.concatenate([motion if turns else motion[:3] for motion in motions])
-    found = {"point_count": len(frames), "turns": turns, "is_plain": is_plain}
-    found |= {"mode_count": modes.count, "column_count": len(basis)}
-    return found, np.concatenate((places.T.ravel(), basis.T.ravel()))
+    counts = {"point_count": len(frames), "mode_count": modes.count, "column_count": len(basis)}
+    return counts | {"turns": turns, "is_plain": is_plain}, np.concatenate((places.T.ravel(), basis.T.ravel()))

@@ -69,16 +69,8 @@ def point_load_tables(builder: FrameOffsets) -> tuple[np.ndarray, ...]:
     for number, body in enumerate(builder.model.bodies):
         for load, interface in body.loads:
             at = builder.frame_offset(number, interface)
-            found.append(
-                {
-                    "row": at.row,
-                    "first_input": builder.inputs.of(load),
-                    "is_torque": load.is_torque,
-                    "follows": load.follows,
-                    "point": at.place + at.axes @ load.point,
-                    "axes": at.axes,
-                }
-            )
+            kind = {"is_torque": load.is_torque, "follows": load.follows, "first_input": builder.inputs.of(load)}
+            found.append(kind | {"row": at.row, "point": at.place + at.axes @ load.point, "axes": at.axes})
     return filled_rows(PointLoad, found)
 
 
@@ -144,71 +136,52 @@ def _tables(builder: FrameOffsets, kernels: Kernels, values: int = 0) -> tuple[L
     teams = in_teams(builder, [number for number in kernels if number not in by_sweep])
     order = [number for team in teams for number in team] + swept
     loads, ends = _loads_and_ends(builder, kernels, [*enumerate(teams), (-1, swept)], values)
-    reach, decays = reach_tables(builder, teams, swept), _decays(builder, order)
-    (end_rows, markers), bearings = filled_rows(LoadEnd, ends), filled_rows(Bearing, list(_bearings(builder, order)))
-    return LoadsBetween(
-        loads=filled_rows(BetweenLoad, loads)[0],
-        ends=end_rows,
-        markers=markers,
-        numbers=np.concatenate((*(kernels[number][1] for number in order), np.zeros(0))),
-        decay_rates=np.ascontiguousarray(decays[:, 0]),
-        decay_energies=np.ascontiguousarray(decays[:, 1]),
-        reach=reach,
-        workspace=_workspace(reach, loads),
-        bearings=bearings[0],
-        bearing_places=bearings[1],
-    ), order
+    numbers = np.concatenate((*(kernels[number][1] for number in order), np.zeros(0)))
+    decays = np.zeros((2, builder.model.state_count))
+    for number in order:
+        reach_of_load = builder.reaches[number]
+        if reach_of_load is not None:
+            decays[:, builder.model.load_states[number]] = reach_of_load.decays.T
+    (rows, markers), bearings = filled_rows(LoadEnd, ends), filled_rows(Bearing, list(_bearings(builder, order)))
+    own, reach = filled_rows(BetweenLoad, loads)[0], reach_tables(builder, teams, swept)
+    moving, workspace = (numbers, decays[0], decays[1]), _workspace(reach, loads)
+    return LoadsBetween(own, rows, markers, *moving, reach, workspace, bearings[0], bearings[1]), order
 
 
 def _loads_and_ends(
     builder: FrameOffsets, kernels: Kernels, teams: Sequence[tuple[int, Sequence[int]]], values: int
 ) -> tuple[list[dict[str, int]], list[dict[str, Any]]]:
     """Return what the tables have of the loads of teams, by their numbers, and of their ends."""
-    loads, ends = [], list[dict[str, Any]]()
-    first_number = 0
+    loads, ends, first = [], list[dict[str, Any]](), 0
     for team, numbers in teams:
         first_point = 0
         for number in numbers:
-            own, points = _ends_of(builder, number), _point_count(builder, number)
-            (function, complex_function), constants = kernels[number]
-            states = builder.model.load_states[number]
-            loads.append(
-                {
-                    "first_end": len(ends),
-                    "end_count": len(own),
-                    "first_number": first_number,
-                    "first_input": max(builder.inputs.of(builder.model.loads[number]), 0),
-                    "first_state": states.start,
-                    "state_count": states.stop - states.start + values,
-                    "team": team,
-                    "first_point": first_point,
-                    "point_count": points,
-                    "point_end": len(own) - points,
-                    "function": function,
-                    "complex_function": complex_function,
-                }
+            own, states, load = (
+                _ends_of(builder, number),
+                builder.model.load_states[number],
+                builder.model.loads[number],
             )
+            points = sum(end["row"] == A_POINT for end in own)
+            of_ends = {"first_end": len(ends), "end_count": len(own), "point_end": len(own) - points}
+            of_points = {"team": team, "first_point": first_point, "point_count": points}
+            of_states = {"first_state": states.start, "state_count": states.stop - states.start + values}
+            of_numbers = {"first_number": first, "first_input": max(builder.inputs.of(load), 0)}
+            functions = dict(zip(("function", "complex_function"), kernels[number][0], strict=True))
+            loads.append(of_ends | of_points | of_states | of_numbers | functions)
             ends += own
-            first_number += len(constants)
+            first += len(kernels[number][1])
             first_point += points
     return loads, ends
 
 
-def _point_count(builder: FrameOffsets, number: int) -> int:
-    """Return how many ends of a load are points; they are the last ones."""
-    return len(builder.model.loads[number].ends) - 1 if builder.point_bodies[number] >= 0 else 0
-
-
 def _ends_of(builder: FrameOffsets, number: int) -> list[dict[str, Any]]:
-    """Return the ends of a load."""
-    ends, found = builder.model.loads[number].ends, []
-    for end, marker in enumerate(ends):
-        row, place, axes, coordinate, speed = -1, np.zeros(3), np.eye(3), 0, 0
+    """Return the ends of a load; the last ones may be points of a flexible body."""
+    found = []
+    for end, marker in enumerate(builder.model.loads[number].ends):
+        row, place, axes, coordinate, speed = A_POINT, marker.point, marker.axes, 0, 0
         if isinstance(marker, CoordinateMarker):
             row, (coordinate, speed) = COORDINATE, builder.model.coordinate_places(marker.body)[marker.coordinate]
-        elif end >= len(ends) - _point_count(builder, number):
-            row, place, axes = A_POINT, marker.point, marker.axes
-        else:
+        elif end == 0 or builder.point_bodies[number] < 0:
             at = builder.frame_offset(marker.body, marker.interface)
             row, place, axes = at.row, at.place + at.axes @ marker.point, at.axes @ marker.axes
         found.append({"row": row, "point": place, "axes": axes, "coordinate": coordinate, "speed": speed})
@@ -219,40 +192,17 @@ def _bearings(builder: FrameOffsets, order: Sequence[int]) -> Iterator[dict[str,
     """Yield the joints whose load is followed."""
     for load, number in enumerate(order):
         if number in builder.model.bearings:
-            at, bearing = (
-                builder.frame_offsets[builder.model.bearings[number]],
-                builder.model.following(number).surfaces,
-            )
-            axis, has_moment = at.axes @ bearing.axis, bearing.has_moment
-            yield {"load": load, "row": at.row, "has_moment": has_moment, "place": at.place, "axis": axis}
-
-
-def _decays(builder: FrameOffsets, order: Sequence[int]) -> np.ndarray:
-    """Return rates and energies of all states of loads, where these cannot act."""
-    decays = np.zeros((builder.model.state_count, 2))
-    for number in order:
-        reach = builder.reaches[number]
-        if reach is not None:
-            decays[builder.model.load_states[number]] = reach.decays
-    return decays
+            at = builder.frame_offsets[builder.model.bearings[number]]
+            surfaces = builder.model.following(number).surfaces
+            axis = at.axes @ surfaces.axis
+            yield {"load": load, "row": at.row, "has_moment": surfaces.has_moment, "place": at.place, "axis": axis}
 
 
 def _workspace(reach: Reach, loads: Sequence[Mapping[str, int]]) -> np.ndarray:
     """Return the whole numbers of `Acting`."""
     sizes, teams = ReachSizes(reach.sizes), Teams(reach.teams, reach.points)
-    return laid_out(
-        Acting,
-        ball_count=len(reach.balls),
-        swell_count=len(reach.swells),
-        swept_ball_count=sizes.swept_balls,
-        load_count=len(loads),
-        near_count=len(loads) - sizes.first_swept,
-        point_count=max((team.point_count for team in teams), default=0),
-        end_count=max((load["end_count"] for load in loads), default=0),
-        done_size=max((done_size(load["end_count"], load["state_count"]) for load in loads), default=0),
-    )
-
-
-def no_loads_between(builder: FrameOffsets) -> LoadsBetween:
-    """Return the tables of a scene of which no load is looked at."""
-    return _tables(builder, {})[0]
+    most = {"point_count": max((team.point_count for team in teams), default=0)}
+    most |= {"end_count": max((load["end_count"] for load in loads), default=0)}
+    most |= {"done_size": max((done_size(load["end_count"], load["state_count"]) for load in loads), default=0)}
+    balls = {"ball_count": len(reach.balls), "swell_count": len(reach.swells), "swept_ball_count": sizes.swept_balls}
+    return laid_out(Acting, load_count=len(loads), near_count=len(loads) - sizes.first_swept, **balls, **most)

@@ -24,13 +24,10 @@ SWEEP_FROM = 4
 a ball takes about as many products as that many tests of its place in the axes of what is touched."""
 
 NO_POINTS = {"body": -1, "point_count": 0, "turns": 0, "is_plain": 0, "mode_count": 0, "column_count": 0}
-"""What a team has of points whose loads have none on a flexible body."""
+"""Fields of a team whose loads have no points on a flexible body."""
 
-EVERYWHERE = {"row": -1, "origin": np.zeros(3), "axes": np.eye(3), "lower": np.zeros(3), "upper": np.zeros(3)} | {
-    "rounding": 0.0,
-    "stretch": 0.0,
-    "is_room": 0.0,
-}
+EVERYWHERE = {"row": -1, "axes": np.eye(3), "rounding": 0.0, "stretch": 0.0, "is_room": 0.0}
+EVERYWHERE |= dict.fromkeys(("origin", "lower", "upper"), np.zeros(3))
 """Bounds of a load that acts everywhere: without balls nobody looks at them."""
 
 SLACK = 1.01
@@ -118,84 +115,55 @@ def in_teams(builder: FrameOffsets, numbers: Sequence[int]) -> list[list[int]]:
     return list(teams.values())
 
 
-class _Numbered:
-    """Balls, each once, in the order in which they are asked for."""
+_Known = dict[tuple[object, ...], tuple[int, _Ball]]
+"""Balls by their keys, each with its number."""
 
-    def __init__(self) -> None:
-        self.balls: list[_Ball] = []
-        self._numbers: dict[tuple[object, ...], int] = {}
 
-    def number(self, ball: _Ball) -> int:
-        """Return the number of a ball."""
-        if ball.key not in self._numbers:
-            self._numbers[ball.key] = len(self.balls)
-            self.balls.append(ball)
-        return self._numbers[ball.key]
+def _number(known: _Known, ball: _Ball) -> int:
+    """Return the number of a ball, the next one if it is new."""
+    return known.setdefault(ball.key, (len(known), ball))[0]
 
 
 def reach_tables(builder: FrameOffsets, teams: Sequence[Sequence[int]], swept: Sequence[int]) -> Reach:
     """Return the tables of the reach of loads: those of all teams one by one, and then those that are swept."""
-    numbered, in_teams = _Numbered(), [number for team in teams for number in team]
-    pairs = _pairs(builder, swept, len(in_teams), numbered)
-    swept_balls = len(numbered.balls)
-    own = [_balls_of(builder, number) for number in in_teams] + [[]] * len(swept)
-    members = [numbered.number(ball) for of_load in own for ball in of_load]
-    of_teams, points = _teams(builder, teams, own, numbered)
-    (of_loads, bounds), (rows, centres) = (
-        _all_bounds(builder, [*in_teams, *swept], own),
-        _rows_of(numbered, swept_balls),
-    )
-    keyed = sorted((a * len(numbered.balls) + b, load) for a, b, load in pairs)
-    swells, weights = _swells(numbered.balls)
-    has_states = any(len(builder.model.loads[number].initial_states) > 0 for number in swept)
-    return Reach(
-        teams=of_teams,
-        loads=of_loads,
-        bounds=bounds,
-        balls=rows,
-        centres=centres,
-        swells=filled_rows(Swell, swells)[0],
-        weights=np.concatenate((*weights, np.zeros(0))),
-        members=np.array(members, dtype=np.int64),
-        pairs=filled_rows(Pair, [{"balls": pair, "load": load} for pair, load in keyed])[0],
-        points=points,
-        sizes=allocate(ReachSizes, first_swept=len(in_teams), swept_balls=swept_balls, has_swept_states=has_states)[0],
-    )
-
-
-def _pairs(builder: FrameOffsets, swept: Sequence[int], first: int, numbered: _Numbered) -> list[tuple[int, int, int]]:
-    """Return the two balls of each swept load, the lower number first, and the load; the first load has a number."""
-    found = []
-    for load, number in enumerate(swept, first):
+    known, teamed, pairs = _Known(), [number for team in teams for number in team], list[tuple[int, int, int]]()
+    for load, number in enumerate(swept, len(teamed)):
         reach = builder.reaches[number]
         if reach is not None:
             ends = _balls_of(builder, number)[0], _ball_of_bounds(builder, number, reach.bounds)
-            a, b = sorted(map(numbered.number, ends))
-            found.append((a, b, load))
-    return found
-
-
-def _all_bounds(builder: FrameOffsets, order: Sequence[int], own: Sequence[Sequence[_Ball]]) -> tuple[np.ndarray, ...]:
-    """Return integers and numbers of the bounds of all loads, which have these balls."""
-    found, first = [], 0
-    for number, balls in zip(order, own, strict=True):
-        found.append(_bounds(builder, number) | {"first_ball": first, "ball_count": len(balls)})
-        first += len(balls)
-    return filled_rows(Bound, found)
-
-
-def _rows_of(numbered: _Numbered, swept_balls: int) -> tuple[np.ndarray, ...]:
-    """Return integers and numbers of all balls, of which the first ones are swept."""
-    bodies, found = _swelling(numbered.balls), []
-    for i, ball in enumerate(numbered.balls):
-        swell = bodies.index(ball.flexible) if ball.flexible >= 0 else -1
-        radius = ball.radius * (SLACK if i < swept_balls else 1.0)
-        found.append({"row": ball.row, "swell": swell, "centre": ball.centre, "radius": radius})
-    return filled_rows(RowBall, found)
+            a, b = sorted(_number(known, ball) for ball in ends)
+            pairs.append((a, b, load))
+    swept_balls, bounds, members = len(known), [], list[int]()
+    own = [_balls_of(builder, number) for number in teamed] + [[]] * len(swept)
+    for number, balls in zip([*teamed, *swept], own, strict=True):
+        bounds.append(_bounds(builder, number) | {"first_ball": len(members), "ball_count": len(balls)})
+        members += [_number(known, ball) for ball in balls]
+    of_teams, points = _teams(builder, teams, own, known)
+    all_balls = [ball for _, ball in known.values()]
+    bodies, rows, swells, weights = list[int](), [], [], np.zeros(0)
+    for body in dict.fromkeys(ball.flexible for ball in all_balls if ball.flexible >= 0):
+        largest = np.max([ball.weights for ball in all_balls if ball.flexible == body], axis=0)
+        swells.append({"body": body, "mode_count": len(largest), "first": len(weights)})
+        bodies.append(body)
+        weights = np.concatenate((weights, largest))
+    for i, ball in enumerate(all_balls):
+        swell, wider = bodies.index(ball.flexible) if ball.flexible >= 0 else -1, SLACK if i < swept_balls else 1.0
+        rows.append({"row": ball.row, "swell": swell, "centre": ball.centre, "radius": ball.radius * wider})
+    keyed = sorted((a * len(all_balls) + b, load) for a, b, load in pairs)
+    by_key = filled_rows(Pair, [{"balls": pair, "load": load} for pair, load in keyed])[0]
+    has_states = any(len(builder.model.loads[number].initial_states) > 0 for number in swept)
+    sizes = {"first_swept": len(teamed), "swept_balls": swept_balls, "has_swept_states": has_states}
+    (loads, limits), (of_balls, centres) = filled_rows(Bound, bounds), filled_rows(RowBall, rows)
+    grow, touching, own_sizes = (
+        filled_rows(Swell, swells)[0],
+        np.array(members, np.int64),
+        allocate(ReachSizes, **sizes)[0],
+    )
+    return Reach(of_teams, loads, limits, of_balls, centres, grow, weights, touching, by_key, points, own_sizes)
 
 
 def _teams(
-    builder: FrameOffsets, teams: Sequence[Sequence[int]], own: Sequence[Sequence[_Ball]], numbered: _Numbered
+    builder: FrameOffsets, teams: Sequence[Sequence[int]], own: Sequence[Sequence[_Ball]], known: _Known
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the integers of teams, with the balls about all that their loads have, and the numbers of their points."""
     found, first, pool, size = [], 0, [np.zeros(0)], 0
@@ -203,14 +171,10 @@ def _teams(
         loads, states = [builder.model.loads[n] for n in team], [builder.model.load_states[n] for n in team]
         balls = [ball for of_load in own[first : first + len(team)] for ball in of_load]
         beside = all(one.stop == other.start for one, other in pairwise(states))
-        of_team = {
-            "first_load": first,
-            "load_count": len(team),
-            "ball": numbered.number(_about(balls)) if len(team) > 1 and len(balls) == len(team) else -1,
-            "first_state": states[0].start if beside else -1,
-            "state_count": states[-1].stop - states[0].start if beside else 0,
-            "constants": size,
-        }
+        ball = _number(known, _about(balls)) if len(team) > 1 and len(balls) == len(team) else -1
+        count, begin = (states[-1].stop - states[0].start, states[0].start) if beside else (0, -1)
+        of_team = {"first_load": first, "load_count": len(team), "ball": ball, "constants": size}
+        of_team |= {"first_state": begin, "state_count": count}
         body = builder.point_bodies[team[0]]
         if body >= 0:
             points, numbers = point_numbers(loads, builder.modes[body])
@@ -242,22 +206,6 @@ def _bounds(builder: FrameOffsets, number: int) -> dict[str, Any]:
         "axes": frame_offset.axes @ marker.axes @ bounds.axes,
         **{name: getattr(bounds, name) for name in ("lower", "upper", "rounding", "stretch", "is_room")},
     }
-
-
-def _swelling(balls: Sequence[_Ball]) -> list[int]:
-    """Return the flexible bodies that balls are on, in the order of these."""
-    return list(dict.fromkeys(ball.flexible for ball in balls if ball.flexible >= 0))
-
-
-def _swells(balls: Sequence[_Ball]) -> tuple[list[dict[str, int]], list[Vector]]:
-    """Return what balls grow by, and the weights: of a body the largest of all its balls."""
-    swells, all_weights, first = [], list[Vector](), 0
-    for body in _swelling(balls):
-        weights = np.max([ball.weights for ball in balls if ball.flexible == body], axis=0)
-        swells.append({"body": body, "mode_count": len(weights), "first": first})
-        all_weights.append(weights)
-        first += len(weights)
-    return swells, all_weights
 
 
 def far_values(builder: FrameOffsets, number: int) -> np.ndarray:
