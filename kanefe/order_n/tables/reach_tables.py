@@ -152,13 +152,9 @@ def reach_tables(builder: FrameOffsets, teams: Sequence[Sequence[int]], swept: S
     keyed = sorted((a * len(all_balls) + b, load) for a, b, load in pairs)
     by_key = filled_rows(Pair, [{"balls": pair, "load": load} for pair, load in keyed])[0]
     has_states = any(len(builder.model.loads[number].initial_states) > 0 for number in swept)
-    sizes = {"first_swept": len(teamed), "swept_balls": swept_balls, "has_swept_states": has_states}
+    own_sizes = allocate(ReachSizes, first_swept=len(teamed), swept_balls=swept_balls, has_swept_states=has_states)[0]
     (loads, limits), (of_balls, centres) = filled_rows(Bound, bounds), filled_rows(RowBall, rows)
-    grow, touching, own_sizes = (
-        filled_rows(Swell, swells)[0],
-        np.array(members, np.int64),
-        allocate(ReachSizes, **sizes)[0],
-    )
+    grow, touching = filled_rows(Swell, swells)[0], np.array(members, np.int64)
     return Reach(of_teams, loads, limits, of_balls, centres, grow, weights, touching, by_key, points, own_sizes)
 
 
