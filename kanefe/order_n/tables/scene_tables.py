@@ -238,9 +238,9 @@ class TableBuilder(FrameOffsets):
             quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
             if quadratic is not None and k and not load.is_pressure:
                 bending, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._modal_space(3 * k)
-            own = {"is_pressure": load.is_pressure, "follows": load.follows, "first_input": self.inputs.of(load)}
+            kinds = {"is_pressure": load.is_pressure, "follows": load.follows, "first_input": self.inputs.of(load)}
             places = {"constants": constants, "bends_twice": bending, "bent": bent}
-            self._fields.append({"body": flexible, "mode_count": k} | own | places)
+            self._fields.append({"body": flexible, "mode_count": k} | kinds | places)
         self._bodies.append(integers)
 
     def _modal_space(self, size: int) -> int:
