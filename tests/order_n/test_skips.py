@@ -15,7 +15,7 @@ import kanefe as kf
 import kanefe.integrate.dynamics
 import kanefe.kane.energy
 import kanefe.order_n.route
-import kanefe.results.channels
+import kanefe.results.literal_sweeps
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import accelerations
@@ -98,7 +98,7 @@ def test_forces_that_do_no_work_are_computed_when_asked_for(monkeypatch: pytest.
     options: dict[str, Any] = {"rtol": 1e-4, "output_step": 0.02}
     asked = loaded_arm().simulate((0.0, 0.1), **options)
     force = asked.coupling_force("arm", "root")
-    monkeypatch.setattr(kanefe.results.channels, "LiteralForces", refuse)
+    monkeypatch.setattr(kanefe.results.literal_sweeps, "LiteralForces", refuse)
     monkeypatch.setattr(kanefe.order_n.sweeps, "CompiledForces", refuse)
     result = loaded_arm().simulate((0.0, 0.1), **options)
     np.testing.assert_array_equal(result.position("tip"), asked.position("tip"))

@@ -64,10 +64,9 @@ WORDS_OF_WARNINGS = {
 }
 
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
-# tables that are printed, of verification runs, studies and searches, never of a scene or of the options of a body; and
-# records of kernels, which have the names of what they stand for.
-SHARED_NAMES = {"Case", "Entry", "Held", "Output", "Row", "Scene", "Table", "Tangent"}
-SHARED_NAMES |= {"Columns", "Frame", "InterfaceFrame", "Kind", "Link", "Motion", "Part", "Record", "Rows"}
+# tables that are printed, of verification runs, studies and searches, and of what is read or meshed on the way to a
+# body, never of a scene or of the options of a body.
+SHARED_NAMES = {"Assembly", "Case", "Held", "Output", "Row", "Samples", "Surface", "Table", "Tangent", "_Part"}
 
 PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
 
@@ -87,6 +86,17 @@ def classes() -> list[tuple[str, str, ast.ClassDef]]:
             if "class " in text:
                 found += [(package.__name__, *one) for one in classes_below(ast.parse(text))]
     return found
+
+
+def classes_of(folder: Path) -> list[str]:
+    """Return the qualified names of the classes in the files of a folder."""
+    trees = (ast.parse(path.read_text(encoding="utf-8")) for path in sorted(folder.rglob("*.py")))
+    return [name for tree in trees for name, _ in classes_below(tree)]
+
+
+def is_saved(name: str) -> bool:
+    """Return whether a class of kernels, a law, is in files."""
+    return any(place.startswith("kanefe.kernels") and place.endswith(f":{name}") for place in PLACES.values())
 
 
 def classes_below(node: ast.AST, outer: str = "") -> Iterator[tuple[str, ast.ClassDef]]:
@@ -220,6 +230,8 @@ class TestDigest:
         assert digest(reduction=kf.CraigBampton(modes=3)) != before
 
     def test_distinct_classes_have_distinct_names(self) -> None:
+        in_kernels = Counter(classes_of(Path(str(kf.__file__)).parent / "kernels"))  # none of these is in a file
         count = Counter((package, name) for package, name, _ in classes())
+        count.subtract({("kanefe", name): times for name, times in in_kernels.items() if not is_saved(name)})
         assert count["kanefe", "FlexibleBody"] == 1
         assert {name for (_, name), times in count.items() if times > 1} == SHARED_NAMES

@@ -300,7 +300,7 @@ class Field:
         own = dict(memory)
         for name, at, count in ((INTEGERS, self.integer_at, self.integers), (NUMBERS, self.number_at, self.numbers)):
             if count:
-                own[name] = own[name][at : at + count] if isinstance(own[name], np.ndarray) else behind(own[name], at)
+                own[name] = behind(own[name], at)  # with what follows: its last field may be that
         return own
 
     def __set__(self, record: Record, value: Any) -> None:
