@@ -189,8 +189,9 @@ def _no_friction(kind: type[Joint], has_forces: bool) -> str:
         remedy = "CoordinateForce(friction=...) in its forces, or a chain of joints that have it"
     else:
         remedy = "a contact with friction=Coulomb(...), or a chain of joints that have it"
+    name = kind.kind if isinstance(kind.kind, str) else kind.__name__.lower()
     return (
-        f"a {kind.__name__.lower()} joint has no friction from its load: revolute, prismatic, cylindrical, screw and "
+        f"a {name} joint has no friction from its load: revolute, prismatic, cylindrical, screw and "
         f"spherical joints have. Remedy: {remedy}"
     )
 

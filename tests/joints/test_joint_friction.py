@@ -262,6 +262,11 @@ def test_joints_without_friction_from_their_load_say_so(kind, remedy):
     assert pickle.loads(pickle.dumps(kind())) == kind()
 
 
+def test_a_joint_without_friction_is_named_by_its_kind():
+    with pytest.raises(kf.ModelError, match="a point-on-curve joint has no friction"):
+        kf.PointOnCurve([(0, 0, 0), (1, 0, 0), (1, 1, 0), (2, 1, 0)], friction=kf.JointFriction(mu=0.1))
+
+
 def test_slip_and_stretch_have_the_sign_of_the_motion() -> None:
     """A mass that swings on a spring: where it slips its anchor goes with it, and friction is against both."""
     scene = kf.System()

@@ -145,9 +145,9 @@ def _restricted(gmsh: Any, size: float, solids: list[int], faces: list[int], edg
     field_of.setString(constant, "F", f"{size:.17g}")
     restricted = field_of.add("Restrict")
     field_of.setNumber(restricted, "IField", constant)
-    field_of.setNumbers(restricted, "RegionsList", solids)
-    field_of.setNumbers(restricted, "FacesList", faces)
-    field_of.setNumbers(restricted, "EdgesList", edges)
+    field_of.setNumbers(restricted, "VolumesList", solids)
+    field_of.setNumbers(restricted, "SurfacesList", faces)
+    field_of.setNumbers(restricted, "CurvesList", edges)
     return int(restricted)
 
 
