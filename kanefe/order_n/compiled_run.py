@@ -48,20 +48,20 @@ class CompiledRun:
         needs: MethodNeeds,
     ) -> None:
         self._route, self._vectors = route, vectors
-        drives, inputs = np.empty((len(route.model.drives), 3)), np.empty_like(route.inputs.constants)
-        closed, asked = np.empty(vectors.shape[1]), np.empty(vectors.shape[1])
-        memory = np.empty(kernel.memory_size)
+        drives, inputs = np.zeros((len(route.model.drives), 3)), np.zeros_like(route.inputs.constants)
+        closed, asked = np.zeros(vectors.shape[1]), np.zeros(vectors.shape[1])
+        memory = np.zeros(kernel.memory_size)
         evaluated = kernel.prepared(drives, inputs, vectors, memory).for_kernels()
         closing = balanced = directed = NOT_CALLED
         if needs.directions:
-            own = np.empty(directions_memory_size(route.between, route.model.free_count + len(drives)))
+            own = np.zeros(directions_memory_size(route.between, route.model.free_count + len(drives)))
             directions = put_directions.bound(route.scene, drives, inputs, integers, reals, vectors, memory, own)
             directed = directions.prepared().for_kernels()
         if route.has_loops:
-            memory = np.empty(closing_memory_size(route.scene))
+            memory = np.zeros(closing_memory_size(route.scene))
             closing = route.closing.prepared(0.0, drives, closed, memory).for_kernels()
         if needs.balance:
-            memory = np.empty(route.memory_size)
+            memory = np.zeros(route.memory_size)
             bound = balance.bound(0.0, route.scene, drives, inputs, integers, reals, vectors, memory)
             balanced = bound.prepared().for_kernels()
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
