@@ -12,12 +12,10 @@ import numpy as np
 from kanefe.arguments import checked, positive
 from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.contact.geometry.stl import read_stl
+from kanefe.contact.geometry.triangles import open_and_doubled_edges, vertices_and_triangles
 from kanefe.errors import FileError, ModelError
-from kanefe.frames import Matrix, Vector, numbers
+from kanefe.frames import Matrix, Vector
 from kanefe.storage.files import regular_file
-
-CLOSED = 1e-9
-"""Largest sum of the areas of triangles as vectors, relative to their area, of a closed surface."""
 
 
 class Weighed(NamedTuple):
@@ -68,15 +66,9 @@ class Look(SurfaceShape):
     kind = -1
 
     def __post_init__(self) -> None:
-        vertices, triangles = numbers(self.vertices), numbers(self.triangles)
-        if vertices.ndim != 2 or vertices.shape[1:] != (3,) or not np.all(np.isfinite(vertices)):
-            raise ModelError("vertices of a look must be finite, shape (n, 3), m")
-        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or np.any(triangles % 1.0) or not len(triangles):
-            raise ModelError("triangles of a look must be whole numbers, shape (m, 3): the vertices of each")
-        if triangles.min() < 0 or triangles.max() >= len(vertices):
-            raise ModelError(f"triangles of a look name vertices that are none of its {len(vertices)}")
+        vertices, triangles = vertices_and_triangles(self.vertices, self.triangles, "a look")
         object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "triangles", triangles.astype(np.int64))
+        object.__setattr__(self, "triangles", triangles)
 
     @classmethod
     @checked
@@ -114,14 +106,15 @@ class Look(SurfaceShape):
             If it is not closed, or inside out.
         """
         corners = self.vertices[self.triangles]
-        areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]) / 2.0
         middle = corners.mean(axis=(0, 1))
         local = corners - middle
         shares = np.einsum("mx,mx->m", local[:, 0], np.cross(local[:, 1], local[:, 2])) / 6.0
         volume = float(shares.sum())
-        gap = float(np.linalg.norm(areas.sum(axis=0)) / np.linalg.norm(areas, axis=1).sum())
-        if gap > CLOSED or volume <= 0.0:
-            what = "not closed" if gap > CLOSED else "inside out"
+        # faces of OBJ files may have vertices of their own: those at one place are one
+        places = np.unique(self.vertices, axis=0, return_inverse=True)[1].ravel()
+        closed = not any(open_and_doubled_edges(places[self.triangles]))
+        if not closed or volume <= 0.0:
+            what = "inside out" if closed else "not closed"
             raise ModelError(f"a look that is {what} has no mass. Remedy: a closed surface, or mass and inertia")
         first = np.einsum("m,mx->x", shares, local.sum(axis=1)) / 4.0
         sums = local.sum(axis=1)

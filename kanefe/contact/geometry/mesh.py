@@ -14,15 +14,13 @@ from kanefe.contact.geometry.points import on_triangles, standing_for
 from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.contact.geometry.stl import read_stl
 from kanefe.contact.geometry.stl_repair import are_flat
+from kanefe.contact.geometry.triangles import EDGES, open_and_doubled_edges, vertices_and_triangles
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector, numbers
+from kanefe.frames import Matrix, Vector
 from kanefe.loads.reach import Bounds
 
 LEAF = 4
 """Largest number of triangles in a leaf of the tree."""
-
-VERTEX_AT = ((0, 1), (1, 2), (2, 0))
-"""Vertices of the edges of a triangle, in the order of the kernel's numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,14 +59,7 @@ class Mesh(SurfaceShape):
     _table: np.ndarray = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        vertices, triangles = numbers(self.vertices), numbers(self.triangles)
-        if vertices.ndim != 2 or vertices.shape[1:] != (3,) or not np.all(np.isfinite(vertices)):
-            raise ModelError("vertices of a mesh must be finite, shape (n, 3), m")
-        if triangles.ndim != 2 or triangles.shape[1:] != (3,) or np.any(triangles % 1.0) or not len(triangles):
-            raise ModelError("triangles of a mesh must be whole numbers, shape (m, 3): the vertices of each")
-        if triangles.min() < 0 or triangles.max() >= len(vertices):
-            raise ModelError(f"triangles of a mesh name vertices that are none of its {len(vertices)}")
-        triangles = triangles.astype(np.int64)
+        vertices, triangles = vertices_and_triangles(self.vertices, self.triangles, "a mesh")
         _check_closed(vertices, triangles)
         object.__setattr__(self, "vertices", vertices)
         object.__setattr__(self, "triangles", triangles)
@@ -119,12 +110,8 @@ def _check_closed(vertices: Matrix, triangles: np.ndarray) -> None:
     flat = int(np.sum(are_flat(vertices[triangles])))
     if flat:
         raise ModelError(f"{flat} of {len(triangles)} triangles of a mesh have no area. Remedy: leave them out")
-    edges = np.concatenate([triangles[:, pair] for pair in VERTEX_AT])
-    one_way, counts = np.unique(edges, axis=0, return_counts=True)
-    both = np.unique(np.concatenate((one_way, one_way[:, ::-1])), axis=0)
-    open_edges = len(both) - len(one_way)
-    if open_edges or counts.max() > 1:
-        twice = int(np.sum(counts > 1))
+    open_edges, twice = open_and_doubled_edges(triangles)
+    if open_edges or twice:
         raise ModelError(
             f"a mesh of {len(triangles)} triangles is not closed: {open_edges} edges have no triangle on their other "
             f"side, {twice} have two on one. Remedy: close its holes and turn its triangles one way round, counter-"
@@ -138,7 +125,7 @@ def _table_of(vertices: Matrix, triangles: np.ndarray) -> np.ndarray:
     a, b, c = (vertices[triangles[:, i]] for i in range(3))
     normals = np.cross(b - a, c - a)
     normals /= np.linalg.norm(normals, axis=1)[:, None]
-    edges = [np.sort(triangles[:, pair], axis=1) for pair in VERTEX_AT]
+    edges = [np.sort(triangles[:, pair], axis=1) for pair in EDGES]
     keys = [edge[:, 0] * len(vertices) + edge[:, 1] for edge in edges]
     found, where = np.unique(np.concatenate(keys), return_inverse=True)
     sums = np.zeros((len(found), 3))

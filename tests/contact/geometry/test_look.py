@@ -45,6 +45,19 @@ def test_a_body_has_the_shape_of_its_file(box):
     assert len(surface.triangles) == 12
 
 
+def test_a_look_without_opposite_sides_has_no_mass(box):
+    whole = kf.shapes.Look.from_file(box)
+    tube = kf.shapes.Look(whole.vertices, whole.triangles[4:])  # areas of opposite holes cancel
+    with pytest.raises(ModelError, match="not closed has no mass"):
+        tube.weighed(1000.0)
+
+
+def test_faces_with_vertices_of_their_own_are_closed(box):
+    whole = kf.shapes.Look.from_file(box)
+    apart = kf.shapes.Look(whole.vertices[whole.triangles].reshape(-1, 3), np.arange(36).reshape(12, 3))
+    assert apart.weighed(1.0).mass == pytest.approx(whole.weighed(1.0).mass, rel=1e-12)
+
+
 def test_nothing_touches_a_look(box):
     scene = kf.System()
     look = kf.shapes.Look.from_file(box)
