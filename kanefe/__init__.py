@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from kanefe.frames import rotation_about as rotation_about
     from kanefe.imports import read_abaqus as read_abaqus
     from kanefe.imports import read_ansys as read_ansys
+    from kanefe.imports import read_calculix as read_calculix
     from kanefe.imports import read_matrices as read_matrices
     from kanefe.imports import read_matrix_market as read_matrix_market
     from kanefe.imports import read_nastran as read_nastran

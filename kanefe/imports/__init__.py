@@ -5,6 +5,7 @@ Every reader calls `kanefe.model_from_matrices`, whose self-check refuses matric
 
 from kanefe.imports.abaqus import read_abaqus as read_abaqus
 from kanefe.imports.ansys import read_ansys as read_ansys
+from kanefe.imports.calculix import read_calculix as read_calculix
 from kanefe.imports.matrix_market import read_matrix_market as read_matrix_market
 from kanefe.imports.nastran import read_nastran as read_nastran
 from kanefe.imports.npz import read_matrices as read_matrices

@@ -9,8 +9,6 @@ These files are written by a separate step without boundary conditions::
 
 or, for a body condensed to retained nodes (without eigenmodes), ``*SUBSTRUCTURE MATRIX OUTPUT, STIFFNESS=YES, MASS=YES,
 OUTPUT FILE=USER DEFINED, FILE NAME=...``. The nodes come from the input file (.inp) of the job.
-
-CalculiX stores both (job.sti, job.mas) in a last step ``*FREQUENCY, SOLVER=MATRIXSTORAGE`` without supports.
 """
 
 from __future__ import annotations
@@ -34,7 +32,7 @@ from kanefe.imports.text import numbers, read_text
 from kanefe.imports.units import Units
 
 CALCULIX = (".sti", ".mas")
-"""Suffixes of the matrices that CalculiX stores: in global axes also where nodes have axes of their own."""
+"""Suffixes of the matrices that CalculiX stores."""
 
 
 @checked(
@@ -60,8 +58,7 @@ def read_abaqus(
         The input file (.inp) of the job, whose node sets become groups; or the nodes themselves.
     stiffness, mass, damping : path
         Files of ``*MATRIX OUTPUT`` with FORMAT=MATRIX INPUT, LABELS, or COORDINATE (then in ascending labels of the
-        nodes of elements), in axes of nodes where there are such; or job.sti and job.mas of CalculiX, in global axes,
-        whose rows job.dof beside them names.
+        nodes of elements), in axes of nodes where there are such.
     substructure : path, instead of them
         File of ``*SUBSTRUCTURE MATRIX OUTPUT``.
     groups : dict of str to node labels, optional
@@ -102,28 +99,27 @@ def read_abaqus(
     if substructure is not None:
         if stiffness is not None or mass is not None or damping is not None:
             raise ModelError("give either substructure=, or stiffness= and mass=, not both")
-        matrices, source, is_global = _substructure(substructure), Path(substructure).name, False
+        matrices, source = _substructure(substructure), Path(substructure).name
     else:
         if stiffness is None or mass is None:
             raise ModelError("give stiffness= and mass=, the .mtx files of *MATRIX OUTPUT, or substructure=")
         files = {"stiffness": stiffness, "mass": mass, "damping": damping}
+        if Path(stiffness).suffix.lower() in CALCULIX:
+            raise FileError(
+                f"{stiffness} is of CalculiX. Remedy: kf.read_calculix, which knows the rows of its matrices"
+            )
         matrices = {what: _matrix(path, what, job) for what, path in files.items() if path is not None}
         source = Path(stiffness).name
-        is_global = Path(stiffness).suffix.lower() in CALCULIX
-        if is_global and job.is_local:
-            raise ModelError(
-                f"{nodes} has GLOBAL=NO, by which CalculiX 2.20 stores K in axes of nodes and M in global ones. "
-                "Remedy: store both without it"
-            )
-    table = job.nodes if is_global else job.turned
-    return model_of_labelled(matrices, table, groups=groups, units=units, expected=expected, source=f"Abaqus {source}")
+    return model_of_labelled(
+        matrices, job.turned, groups=groups, units=units, expected=expected, source=f"Abaqus {source}"
+    )
 
 
 def _job(nodes: Nodes, trusted: bool) -> Job:
     if isinstance(nodes, (str, Path)) and Path(nodes).suffix.lower() == ".inp":
         return job_of(Path(nodes), trusted)
     table = given_nodes(nodes)
-    return Job(table, table, table.labels, False)
+    return Job(table, table, table.labels)
 
 
 def _matrix(path: str | Path, what: str, job: Job) -> LabelledMatrix:
@@ -158,45 +154,18 @@ def _coordinates(rows: np.ndarray, path: Path, what: str, job: Job) -> LabelledM
 
 
 def _rows(size: int, path: Path, what: str, job: Job) -> np.ndarray:
-    """Return (label, number) of rows without labels: of the file .dof of CalculiX, or of nodes in ascending labels.
-
-    Nodes of no element have no rows.
-    """
-    names = path.with_suffix(".dof")
-    if path.suffix.lower() in CALCULIX and names.is_file():
-        pairs = [
-            line.strip().split(".") for line in read_text(names, "rows of the matrices").splitlines() if line.strip()
-        ]
-        if not all(len(pair) == 2 and pair[0].isdigit() and pair[1].isdigit() for pair in pairs) or len(pairs) != size:
-            raise FileError(
-                f"{names} does not name the {size} rows of {path.name}, as node.direction. Remedy: the files of one job"
-            )
-        freedoms = np.array(pairs, dtype=np.int64)
-        if len(np.unique(freedoms, axis=0)) < size:
-            raise ModelError(
-                f"{names} names rows twice, as CalculiX does for shells and beams, whose rows are those of solids. "
-                "Remedy: mesh the body with solids"
-            )
-        own = np.setdiff1d(freedoms[:, 0], job.nodes.labels)
-        if len(own):
-            raise ModelError(
-                f"{names} has rows of nodes that the input file does not have: {own[0]}"
-                f"{f' to {own[-1]}' if len(own) > 1 else ''} ({len(own)} in all). CalculiX makes such nodes for the "
-                "incompatible modes of C3D8I, and for the rotations of *RIGID BODY and *COUPLING. Remedy: C3D8, C3D20 "
-                "or C3D10 elements, and interfaces of kanefe in place of those constraints"
-            )
-        return freedoms
+    """Return (label, number) of rows without labels: of nodes in ascending labels. Nodes of no element have no rows."""
     fits = [
         (labels, size // len(labels))
         for labels in ((job.used, job.nodes.labels) if len(job.used) < len(job.nodes.labels) else (job.nodes.labels,))
         if len(labels) and size % len(labels) == 0 and size // len(labels) in (2, 3, 6)
     ]
     if len(fits) != 1:
-        remedy = f"the file {names.name} beside it" if path.suffix.lower() in CALCULIX else "FORMAT=MATRIX INPUT"
         of_elements = f", {len(job.used)} of them of elements," if len(job.used) < len(job.nodes.labels) else ""
         raise ModelError(
             f"the {what} matrix in {path} has {size} rows for {len(job.nodes.labels)} nodes{of_elements} and no labels "
-            f"that would identify them. Remedy: {remedy}, or the input file with its elements, whose nodes have rows"
+            "that would identify them. Remedy: FORMAT=MATRIX INPUT, or the input file with its elements, whose nodes "
+            "have rows"
         )
     labels, width = fits[0]
     return np.array([(label, number) for label in labels for number in range(1, width + 1)])
@@ -204,7 +173,13 @@ def _rows(size: int, path: Path, what: str, job: Job) -> np.ndarray:
 
 def _substructure(path: str | Path) -> dict[str, LabelledMatrix]:
     """Return the matrices of a substructure: nodes and freedoms of ``*USER ELEMENT``, lower triangles by rows."""
-    blocks = keywords(read_text(path, "substructure"), Path(path).name)
+    text = read_text(path, "substructure")
+    if "GENERATION OF SUBSTRUCTURE" in text[:1000]:
+        raise FileError(
+            f"{path} is of CalculiX, whose *SUBSTRUCTURE GENERATE writes the matrix of the retained freedoms with all "
+            "others held (2.20), not the condensed one. Remedy: *FREQUENCY, SOLVER=MATRIXSTORAGE and kf.read_calculix"
+        )
+    blocks = keywords(text, Path(path).name)
     element = next((block for block in blocks if block.name == "USERELEMENT"), None)
     if element is None:
         raise FileError(

@@ -27,6 +27,9 @@ ADDS = (
 )
 """Keywords that change mass or stiffness and are no part of a mesh."""
 
+DEPENDENT = ("TIE", "COUPLING", "MPC", "NETWORKMPC", "EQUATION", "EQUATIONF", "RIGIDBODY", "CYCLICSYMMETRYMODEL")
+"""Keywords by which CalculiX makes nodes depend on others, so that their rows are not in its matrices."""
+
 READ = {
     "NODE": ("NSET", "SYSTEM", "INPUT"),
     "NGEN": ("NSET", "LINE", "SYSTEM"),

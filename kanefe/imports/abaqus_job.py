@@ -29,18 +29,19 @@ class Job(NamedTuple):
         Nodes with degrees of freedom in global axes, and in those of *TRANSFORM.
     used : ndarray of int
         Ascending labels of the nodes of elements; all, if the file has no elements.
-    is_local : bool
-        Whether CalculiX was told to store matrices in the axes of nodes that have some (GLOBAL=NO).
+    blocks : sequence of Keyword
+    parts : sequence of DeckPart
     """
 
     nodes: NodeTable
     turned: NodeTable
     used: np.ndarray
-    is_local: bool
+    blocks: Sequence[Keyword] = ()
+    parts: Sequence[DeckPart] = ()
 
 
-def job_of(path: Path, trusted: bool) -> Job:
-    """Return nodes and node sets of an input file; if `trusted`, it may include any file.
+def job_of(path: Path, trusted: bool, reader: str = "read_abaqus") -> Job:
+    """Return nodes and node sets of an input file for a `reader`; if `trusted`, it may include any file.
 
     Raises
     ------
@@ -51,7 +52,7 @@ def job_of(path: Path, trusted: bool) -> Job:
         If it has nodes of several instances, whose labels the rows of a matrix do not tell.
     """
     otherwise = "or give the nodes as a dict of labels to coordinates"
-    blocks = deck_keywords(path, trusted=trusted, reader="read_abaqus")
+    blocks = deck_keywords(path, trusted=trusted, reader=reader)
     check_places(blocks, otherwise)
     parts = parts_of(blocks, takes_any=True)
     if several(parts):
@@ -72,8 +73,7 @@ def job_of(path: Path, trusted: bool) -> Job:
         warnings.warn(f"{path.name}: {'; '.join(told)}", DeckWarning, stacklevel=outside())
     axes = _axes(nodes, blocks, sets)
     turned = nodes if axes is None else NodeTable(nodes.labels, nodes.points, nodes.sets, axes)
-    is_local = axes is not None and any(block.options.get("GLOBAL", "").upper() == "NO" for block in blocks)
-    return Job(nodes, turned, _used(parts, nodes.labels), is_local)
+    return Job(nodes, turned, _used(parts, nodes.labels), blocks, parts)
 
 
 def _used(parts: Sequence[DeckPart], labels: np.ndarray) -> np.ndarray:

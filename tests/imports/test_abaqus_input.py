@@ -98,52 +98,26 @@ def springs() -> tuple[np.ndarray, np.ndarray]:
     return K, np.eye(24)
 
 
-def calculix(folder: Path, deck: str, rows: list[str] | None = None, suffixes: tuple[str, str] = (".sti", ".mas")):
-    """Return the model of matrices as CalculiX 2.20 stores them: row, column, value of the upper triangle."""
-    paths = [folder / f"part{suffix}" for suffix in suffixes]
+def by_rows(folder: Path, deck: str) -> kf.FiniteElementModel:
+    """Return the model of matrices in coordinate style: row, column, value of the upper triangle."""
+    paths = [folder / f"part_{name}1.mtx" for name in ("STIF", "MASS")]
     for path, matrix in zip(paths, springs(), strict=True):
         path.write_text("".join(f"{i + 1} {j + 1} {matrix[i, j]:20.13e}\n" for j in range(24) for i in range(j + 1)))
-    if rows is not None:
-        (folder / "part.dof").write_text("\n".join(rows) + "\n")
     (folder / "part.inp").write_text(deck)
     return kf.read_abaqus(folder / "part.inp", *paths)
 
 
-def test_matrices_of_calculix_are_global_whatever_axes_nodes_have(tmp_path: Path) -> None:
-    """As in 2.20, run with a bar of solids; GLOBAL=NO stores K in the axes of nodes there, and M as without it."""
-    turned = NODES + TRANSFORM.format("R") + "1.,1.,0.,-1.,1.,0.\n"
-    assert calculix(tmp_path, turned).groups["ALL"].position == pytest.approx([0.5] * 3)
-    with pytest.raises(
-        ModelError, match=r"GLOBAL=NO, by which CalculiX 2\.20 stores K in axes of nodes and M in global"
-    ):
-        calculix(tmp_path, turned + "*STEP\n*FREQUENCY, SOLVER=MATRIXSTORAGE, GLOBAL=NO\n*END STEP\n")
-    with pytest.raises(ModelError):
-        calculix(tmp_path, turned, suffixes=("_STIF1.mtx", "_MASS1.mtx"))  # those of Abaqus are in axes of nodes
-
-
 def test_nodes_of_no_element_have_no_rows(tmp_path: Path) -> None:
     more = NODES + "*NODE\n100,5.,5.,5.\n"
-    assert calculix(tmp_path, more + CELL).groups["ALL"].position == pytest.approx([0.5] * 3)
-    with pytest.raises(
-        ModelError, match=r"24 rows for 9 nodes and no labels .*Remedy: the file part\.dof beside it, or"
-    ):
-        calculix(tmp_path, more)
-    names = [f"{node}.{i}" for node in range(1, 9) for i in (1, 2, 3)]
-    assert calculix(tmp_path, more, names).groups["ALL"].position == pytest.approx([0.5] * 3)
-    with pytest.raises(FileError, match=r"part\.dof does not name the 24 rows"):
-        calculix(tmp_path, more, names[:-1])
-    with pytest.raises(ModelError, match=r"part\.dof names rows twice, as CalculiX does for shells"):
-        calculix(tmp_path, more, [*names[:-1], "1.1"])
-    with pytest.raises(
-        ModelError, match=r"nodes that the input file does not have: 200 \(1 in all\)\. CalculiX makes such"
-    ):
-        calculix(tmp_path, more, [*names[:-3], "200.1", "200.2", "200.3"])
+    assert by_rows(tmp_path, more + CELL).groups["ALL"].position == pytest.approx([0.5] * 3)
+    with pytest.raises(ModelError, match=r"24 rows for 9 nodes and no labels .*Remedy: FORMAT=MATRIX INPUT, or"):
+        by_rows(tmp_path, more)
 
 
 def test_rows_that_two_counts_of_nodes_would_make_are_refused(tmp_path: Path) -> None:
     """24 rows are three of the 8 nodes of elements, or two of all 12."""
     with pytest.raises(ModelError, match="24 rows for 12 nodes, 8 of them of elements"):
-        calculix(tmp_path, NODES + "*NODE\n9\n10\n11\n12\n" + CELL)
+        by_rows(tmp_path, NODES + "*NODE\n9\n10\n11\n12\n" + CELL)
 
 
 @pytest.mark.parametrize("kind", ["R", "C"])

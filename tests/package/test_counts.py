@@ -38,7 +38,7 @@ ROOMS = {
     "kernels": 32005,
     "integrate": 11262,
     "linear": 10534,
-    "imports": 6607,
+    "imports": 7424,
     "kane": 2078,
     "literal": 1270,
     "order_n": 4739,

@@ -40,6 +40,7 @@ def reads(kind: str, names: tuple[str, ...], /, **more: Any) -> None:
 
 
 reads("abaqus", ("nodes", "stiffness", "mass"), damping=None, substructure=None, trusted=False)
+reads("calculix", ("deck", "matrices"), trusted=False)
 reads("ansys", ("nodes", "stiffness", "mass", "mapping"), damping=None, generalised=())
 if find_spec("pyyeti"):
     reads("nastran", ("bulk", "matrices"), names=None, freedoms=None, generalised=())

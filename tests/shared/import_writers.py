@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 import kanefe as kf
+from repository import ROOT
 
 SCALAR = 20001
 NUMBER = {"x": 1, "y": 2, "z": 3, "rx": 4, "ry": 5, "rz": 6}
@@ -134,6 +136,13 @@ def node_rows(path: Path, nodes: np.ndarray, labels: np.ndarray) -> Path:
     rows = [f"{label} {x!r} {y!r} {z!r}" for label, (x, y, z) in zip(labels, nodes.tolist(), strict=True)]
     path.write_text("\n".join(["# label x y z", *rows, ""]))
     return path
+
+
+def calculix_job(folder: Path, *_: object) -> list[Path]:
+    """Two elements with incompatible modes, as CalculiX 2.20 stored their matrices."""
+    with zipfile.ZipFile(ROOT / "tests" / "imports" / "calculix_2_20.zip") as archive:
+        archive.extractall(folder, [name for name in archive.namelist() if name.startswith("inner/")])
+    return [folder / "inner" / "job.inp", folder / "inner" / "job.sti"]
 
 
 def abaqus_job(tmp_path: Path, model: kf.FiniteElementModel, labels: np.ndarray, style: str = "input") -> list[Path]:
