@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.bodies.slopes import SlopeMeasure, slope_measure
 from kanefe.equations.given_state import slack_time
-from kanefe.equations.model import Model
+from kanefe.equations.model import Model, is_for_many
 from kanefe.equations.planar_inertia import check_planar_inertias
 from kanefe.equations.start import model_at_start, scene_model
 from kanefe.fmu.stepping_methods import SteppingMethods
@@ -132,7 +132,7 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         StartWarning
             If positions or speeds that were given contradict the loops and were changed, with what they became.
         """
-        if start is None and self._kept is not None and self._kept[0] == t and not self._kept[1].has_functions:
+        if start is None and self._kept is not None and self._kept[0] == t and is_for_many(self._kept[1]):
             warn_of_loads_that_do_not_stiffen(self._kept[1])
             return self._kept[1]
         model = model_at_start(self._scene_model(slack_time(start, t)), t, start)

@@ -66,7 +66,8 @@ class Model(ModelData):
     @cached_property
     def has_functions(self) -> bool:
         """Whether loads or motions are functions of the user, which may change from run to run."""
-        of_loads = not self.route.is_constant or any(load.kernel is None for load in self.loads)
+        own = (load for i, load in enumerate(self.loads) if i not in self.rigid_contacts)
+        of_loads = not self.route.is_constant or any(load.kernel is None for load in own)
         return of_loads or any(motion.pieces is None for motion, _ in self.drives)
 
     @cached_property
@@ -213,3 +214,8 @@ class Model(ModelData):
         if np.shape(y) != (n + m + k,):
             more = f" and {k} internal states" if k else ""
             raise ModelError(f"a state of this model has {n} coordinates and {m} speeds{more}, not shape {np.shape(y)}")
+
+
+def is_for_many(model: Model) -> bool:
+    """Return whether the next run of a scene may have the model: nothing is otherwise then, or warned of again."""
+    return not model.has_functions and not model.route.warns_at_start

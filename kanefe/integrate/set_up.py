@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kanefe.equations.model import Model
+from kanefe.equations.model import Model, is_for_many
 from kanefe.integrate.auto.choice import Choice, choose
 from kanefe.integrate.breakpoints import accelerations_at, sample_times
 from kanefe.integrate.dynamics import Dynamics
@@ -108,7 +108,7 @@ def give_back(model: Model, options: RunOptions, used: SetUp) -> None:
     """Let the next run with the same options have what this one had, of which nothing is read any more.
 
     Not where something of it may be otherwise then: functions and events of the user, controllers; nor where a method
-    is not compiled.
+    is not compiled, or where a start is warned of, each time.
     """
     kept = _kept(model, options)
     if kept is not None and used.is_for_many:
@@ -118,7 +118,7 @@ def give_back(model: Model, options: RunOptions, used: SetUp) -> None:
 def _kept(model: Model, options: RunOptions) -> list[SetUp] | None:
     """Return what is kept for runs with such options; None for those of which nothing is."""
     is_own = options.watched or options.resume is not None or options.checkpoint is not None
-    if is_own or model.has_functions or model.controllers or model.rigid_contacts:
+    if is_own or not is_for_many(model) or model.controllers:
         return None
     key = (*options.span, options.method, options.rtol, options.atol, options.step)
     of_all = model.set_ups

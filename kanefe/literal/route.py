@@ -38,12 +38,13 @@ class LiteralRoute:
         self.model, self.obstacles = model, obstacles
         self.reason = " and ".join(map(str, obstacles)) or "asked for"
         self._found: tuple[float, Vector] | None = None
+        self.warns_at_start = False
 
     def started_otherwise(self, model: ModelData) -> Self:
         """Return the route of a model that differs in its start alone."""
         other = object.__new__(type(self))
         other.__dict__.update(self.__dict__)
-        other.model, other._found = model, None
+        other.model, other._found, other.warns_at_start = model, None, False
         return other
 
     def lacks(self, form: Form) -> str:

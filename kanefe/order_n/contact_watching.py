@@ -62,8 +62,7 @@ def watching_contacts(route: Evaluated) -> Bound:
     return watch_contacts.bound(LATER, LATER, route.scene, LATER)
 
 
-def watching_call(route: Evaluated, loads: Call | None, watched: Watched) -> Call:
+def watching_call(route: Evaluated, watching: Bound, loads: Call | None, watched: Watched) -> Call:
     """Return the call that writes the values of loads, by a call of their own, and then those of rigid contacts."""
-    look = ContactLook(route)
     of_loads = NOT_CALLED if loads is None else loads.for_kernels()
-    return watching_contacts(route).prepared(look.looked, of_loads, watched)
+    return watching.prepared(ContactLook(route).looked, of_loads, watched)

@@ -15,7 +15,7 @@ from kanefe.kernels.loads.reach import ReachSizes
 from kanefe.kernels.loads.telling import States
 from kanefe.kernels.loads.watching import NEAR, Looks, WatchedLoads, WatchWork, watch_states
 from kanefe.kernels.scene import memory_size
-from kanefe.order_n.contact_watching import COLUMNS, watching_call
+from kanefe.order_n.contact_watching import COLUMNS, watching_call, watching_contacts
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.tables.load_tables import watched_loads
 from kanefe.order_n.tables.reach_tables import far_values
@@ -89,13 +89,18 @@ class Watching:
         """Return the call of the kernel with arrays that stay where they are, and where it writes values and `near`."""
         route = self._route
         found, near = np.empty((len(times), self._width)), np.zeros(len(self.rows))
+        given = Watched(times, drives, inputs, states, found)
         if self.contact_columns and not self.columns:
-            return watching_call(route, None, Watched(times, drives, inputs, states, found)), found, near
+            return watching_call(route, self._of_contacts, None, given), found, near
         memory, looks = np.empty(memory_size(self._scene)), Looks(change, only, found, near)
         of_loads = self._bound.prepared(States(times, drives, inputs, states), looks, memory)
         if not self.contact_columns:
             return of_loads, found, near
-        return watching_call(route, of_loads, Watched(times, drives, inputs, states, found)), found, near
+        return watching_call(route, self._of_contacts, of_loads, given), found, near
+
+    @cached_property
+    def _of_contacts(self) -> Bound:
+        return watching_contacts(self._route)
 
     @cached_property
     def _bound(self) -> Bound:

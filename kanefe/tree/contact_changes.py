@@ -131,11 +131,14 @@ def touched(route: AsksContacts, t: float, y: Vector, span: float, stop: float, 
     """Return a state with what touches in it known, after impacts, as a run begins."""
     found = route.asked_contacts(START, t, y, span, stop, rtol).changed()
     found.told.warn()
+    route.warns_at_start = route.warns_at_start or bool(found.told.warnings)
     return found.y
 
 
 class AsksContacts(Protocol):
-    """A route that has events of rigid contacts decided."""
+    """A route that has events of rigid contacts decided; `warns_at_start`: impacts at a start were warned of."""
+
+    warns_at_start: bool
 
     def asked_contacts(  # noqa: D102
         self, what: int, t: float, y: Vector, span: float = ..., stop: float = ..., rtol: float = ...

@@ -182,11 +182,14 @@ class Route(Evaluates, Protocol):
         Whether whole runs stay in compiled code.
     is_constant : bool
         Whether no load is a function of the user.
+    warns_at_start : bool
+        Whether impacts at the start were warned of.
     """
 
     name: str
     reason: str
     obstacles: tuple[Obstacle, ...]
+    warns_at_start: bool
 
     @property
     def is_autonomous(self) -> bool:

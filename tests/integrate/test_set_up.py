@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from bouncing_scenes import bouncing_ball, swinging_rod
+from bouncing_scenes import bouncing_ball, bouncing_brick, swinging_rod
 from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.tree.scales import displacement_scales
 from loop_scenes import four_bar
@@ -36,8 +36,9 @@ def is_same(one: kf.Result, other: kf.Result) -> bool:
     )
 
 
-@pytest.mark.parametrize("make", [bouncing_ball, swinging_rod, four_bar])
+@pytest.mark.parametrize("make", [bouncing_ball, bouncing_brick, swinging_rod, four_bar])
 @pytest.mark.parametrize("method", ["radau5", "dop853", "extrapolation"])
+@pytest.mark.filterwarnings("ignore:impacts in which several")  # the corners of the brick strike as they may
 def test_a_run_is_the_same_to_the_bit_each_time(make, method):
     scene = make()
     first = scene.simulate((0.0, 0.5), method=method)
@@ -46,6 +47,28 @@ def test_a_run_is_the_same_to_the_bit_each_time(make, method):
     assert is_same(scene.simulate((0.0, 0.5), method=method), first)
     assert is_same(scene.simulate((0.0, 0.3), method=method), other)
     assert is_same(make().simulate((0.0, 0.5), method=method), first)
+
+
+def test_what_a_start_is_warned_of_is_told_each_time():
+    """A plate that fits between two walls leaves one for the other: by Newton's law there are no impulses."""
+    scene = kf.System()
+    plate = scene.add_rigid_body("plate", 1.0, 0.01, joint=kf.Prismatic("x", speed=1.0))
+    for name, side, axis in (("left", -0.1, "x"), ("right", 0.1, "-x")):
+        wall = scene.add_surface(f"{name} wall", scene.ground.frame(at=(side, 0.0, 0.0)), kf.shapes.Plane(axis))
+        law = kf.Rigid(0.5, impact="newton")
+        scene.add_contact(name, [plate.frame(at=(side, 0.0, 0.0))], wall, normal=law)
+    for _ in range(3):
+        with pytest.warns(kf.SimulationWarning, match="by Poisson's law.*the first at t = 0 s"):
+            scene.simulate((0.0, 0.1))
+
+
+def test_what_a_run_warns_of_is_its_own():
+    scene, told = bouncing_brick(), []
+    for _ in range(2):
+        with pytest.warns(kf.SimulationWarning, match="which strikes first") as found:
+            scene.simulate((0.0, 0.3))
+        told.append([str(one.message) for one in found])
+    assert told[0] == told[1]
 
 
 def test_a_result_is_not_changed_by_the_next_run():
@@ -102,7 +125,8 @@ def test_what_may_be_otherwise_the_next_time_is_not_kept():
         assert at == pytest.approx(level, abs=1e-5)  # straight between outputs of 1 ms: a h^2 / 8 = 2e-6
 
 
-@pytest.mark.parametrize("make", [bouncing_ball, swinging_rod, four_bar])
+@pytest.mark.parametrize("make", [bouncing_ball, bouncing_brick, swinging_rod, four_bar])
+@pytest.mark.filterwarnings("ignore:impacts in which several")
 def test_a_given_start_is_run_as_in_a_scene_of_its_own(make):
     scene = make()
     starts = [scene.simulate((0.0, 0.2)).at(t) for t in (0.1, 0.2)]

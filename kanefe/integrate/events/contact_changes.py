@@ -210,6 +210,13 @@ class ChangeReports:
             event.told.clear()
         return names
 
+    def forget(self, events: Sequence[Event]) -> None:
+        """Forget what events have led to that was not taken, as in a run that was broken off."""
+        for event in events:
+            if isinstance(event, ContactChange):
+                event.reports.clear()
+                event.told.clear()
+
     def take_code(self, model: Model, t: float, code: int) -> list[str]:
         """Add what is told: see `kanefe.kernels.impacts.contact_changes.change_contacts`; return names of events."""
         from kanefe.contact.rigid.rigid_contact import REPORTED_EVENTS

@@ -329,7 +329,9 @@ class EventWatch:
         return {**{name: array.copy() for name, array in self._kept.items()}, **arrays}
 
     def resume(self, snapshot: Mapping[str, np.ndarray]) -> None:
-        """Continue from a snapshot."""
+        """Continue from a snapshot, of which nothing has been told yet."""
+        self.telling = ChangeReports(self.times, self._span)
+        self.telling.forget(self.events)
         for name, array in self._kept.items():
             array[:] = snapshot[name]
         for i, event in enumerate(self.events):
