@@ -134,7 +134,7 @@ class Result(TableReader):
     def force_errors(self) -> tuple[ForceError, ...]:
         """Return the estimated error of each force of the run, the largest relative to its channel first.
 
-        Five parts of the run, in all about a tenth of it, are run again from stored states with a hundredth of
+        Five parts of the run, of sixty steps or in all a tenth of it, are run again from stored states with 0.01
         rtol. The error is the largest difference to these: what stiffness makes of the errors that rtol allows, and not
         how far the motion itself has strayed since the start of the run. Of scenes with flexible bodies it is
         estimated when a force is first read; ``print(result)`` and ``result.statistics["force_error"]`` have the worst,

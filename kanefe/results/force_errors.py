@@ -49,6 +49,9 @@ SETTLED = 0.4
 LEAST_SHARE, LARGEST_SHARE = 0.02, 0.1
 """Least and largest length of a part, relative to the run: with outputs farther apart it would cost as much as one."""
 
+ENOUGH_STEPS = 60.0
+"""Length of a part, in mean steps of the run, that is enough where it is less than the least share."""
+
 MOST_STEPS = 0.5
 """Largest number of steps of all parts, relative to that of the run."""
 
@@ -200,7 +203,8 @@ def _part_to(channels: RunChannels, last: int) -> PartOfRun | None:
     """Return the part that ends at the output of a number; None if there is none, or an event in it."""
     times, told = channels.times, channels.statistics
     span = float(times[-1] - times[0])
-    least = max(min(LEAST_STEPS / max(told["steps"], 1), 0.5 * LARGEST_SHARE), LEAST_SHARE) * span
+    of_step = 1.0 / max(told["steps"], 1)
+    least = max(min(LEAST_STEPS * of_step, 0.5 * LARGEST_SHARE), min(ENOUGH_STEPS * of_step, LEAST_SHARE)) * span
     first = int(np.searchsorted(times, times[last] - least * (1.0 - 1e-9), side="right")) - 1
     if first < 0 or first == last or times[last] - times[first] > LARGEST_SHARE * span:
         return None
