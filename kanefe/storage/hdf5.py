@@ -84,7 +84,7 @@ def encode(header: Mapping[str, Any], arrays: Arrays) -> memoryview:
     is_small = sum(one.nbytes for one in given) <= SMALL_FILE
     # "v110" keeps attributes above 64 KiB, such as a long provenance, which older layouts refuse
     with h5py.File(buffer, "w", libver=("v110", "v110"), userblock_size=HEAD) as file:
-        _put_header(file, header)
+        _put_header(h5py, file, header)
         put = _writer(h5py, file, is_small)
         for path, (array, unit) in long_work("packing arrays", arrays.items()):
             put(path, np.concatenate(array, axis=1) if isinstance(array, list) else array, unit)
@@ -93,10 +93,24 @@ def encode(header: Mapping[str, Any], arrays: Arrays) -> memoryview:
     return data
 
 
-def _put_header(file: Any, header: Mapping[str, Any]) -> None:
+def _put_header(h5py: Any, file: Any, header: Mapping[str, Any]) -> None:
     """Write attributes of an open file: texts and whole numbers unchanged, anything else as JSON."""
+    put_text = _text_writer(h5py)
     for name, value in header.items():
-        file.attrs[name] = value if isinstance(value, int) else as_text(value)
+        if isinstance(value, int):
+            file.attrs[name] = value
+        else:
+            put_text(file.id, name.encode(), as_text(value))
+
+
+def _text_writer(h5py: Any) -> Callable[[Any, bytes, str], None]:
+    """Return a function that writes a text as an attribute: by HDF5 itself, as h5py takes three times as long."""
+    text, one = h5py.h5t.py_create(h5py.string_dtype(), logical=True), h5py.h5s.create(h5py.h5s.SCALAR)
+
+    def put_text(place: Any, name: bytes, value: str) -> None:
+        h5py.h5a.create(place, name, text, one).write(np.array(value, dtype=object))
+
+    return put_text
 
 
 def as_text(value: object) -> str:
@@ -113,12 +127,11 @@ def safe_name(name: str) -> str:
 def _writer(h5py: Any, file: Any, is_small: bool) -> Callable[[str, np.ndarray, str], None]:
     """Return a function that writes an array with its unit.
 
-    By the calls of HDF5 itself: those of h5py for arrays and attributes take three times as long.
+    By the calls of HDF5 itself: those of h5py take three times as long.
     """
     folders = h5py.h5p.create(h5py.h5p.LINK_CREATE)
     folders.set_create_intermediate_group(True)
-    text = h5py.h5t.py_create(h5py.string_dtype(), logical=True)
-    one = h5py.h5s.create(h5py.h5s.SCALAR)
+    put_text, one = _text_writer(h5py), h5py.h5s.create(h5py.h5s.SCALAR)
 
     def put(path: str, array: np.ndarray, unit: str) -> None:
         if "\0" in path:
@@ -136,7 +149,7 @@ def _writer(h5py: Any, file: Any, is_small: bool) -> Callable[[str, np.ndarray, 
         kind = h5py.h5t.py_create(array.dtype)
         found = h5py.h5d.create(file.id, path.encode(), kind, space, packed, folders)
         found.write(h5py.h5s.ALL, h5py.h5s.ALL, array)
-        h5py.h5a.create(found, b"unit", text, one).write(np.array(unit, dtype=object))
+        put_text(found, b"unit", unit)
 
     return put
 
