@@ -43,6 +43,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
     from benchmarks import (
         against_peers,
         around_a_run,
+        fixed_costs,
         loops,
         own_figures,
         own_functions,
@@ -82,6 +83,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
         | own_functions.GROUPS
         | loops.GROUPS
         | around_a_run.GROUPS
+        | fixed_costs.GROUPS
         | rigid_contacts.GROUPS
         | start_up.GROUPS
         | stepping.GROUPS
