@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     from kanefe_fem.lumped.parts import LumpedMass as LumpedMass
     from kanefe_fem.lumped.parts import LumpedSpring as LumpedSpring
     from kanefe_fem.lumped.parts import attach as attach
+    from kanefe_fem.materials.damping import PronyFit as PronyFit
+    from kanefe_fem.materials.damping import prony_of_loss_factor as prony_of_loss_factor
     from kanefe_fem.materials.isotropic import Material as Material
     from kanefe_fem.materials.laminate import Laminate as Laminate
     from kanefe_fem.materials.laminate import Ply as Ply

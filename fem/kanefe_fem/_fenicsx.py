@@ -142,8 +142,13 @@ def cell_function(fx: Any, mesh: Any, values: np.ndarray) -> Any:
     else:
         space = fx.fem.functionspace(mesh, ("DG", 0, (values.shape[1],)))
     function = fx.fem.Function(space)
-    function.x.array.reshape(values.shape)[_dofmap(space, len(values))[:, 0]] = values
+    put_in_cells(function, values)
     return function
+
+
+def put_in_cells(function: Any, values: np.ndarray) -> None:
+    """Write other values into a function that is constant on each cell: see `cell_function`."""
+    function.x.array.reshape(values.shape)[_dofmap(function.function_space, len(values))[:, 0]] = values
 
 
 def _dofmap(space: Any, cells: int) -> np.ndarray:

@@ -27,6 +27,7 @@ from kanefe.storage.scipy_later import scipy, sp
 if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
     from kanefe.bodies.nodal_moments import NodalMoments
+    from kanefe.bodies.relaxation import Relaxation
     from kanefe.bodies.slopes import SlopeMeasure
     from kanefe.documents.document import Report
     from kanefe.fe_model.load_pattern import LoadPattern
@@ -175,6 +176,10 @@ class FlexibleBody(PickledByFields):
         Moduli of the cells, for stresses and section forces.
     groups : tuple of NodeShares
         Named parts of the mesh, for contacts.
+    structural : ndarray, shape (k, k), or None
+        Structural damping H: harmonic motions meet the stiffness ``K + i H``. It acts in frequency responses and modes.
+    relaxation : Relaxation or None
+        Arms of viscoelastic materials, beside the long-term stiffness.
     units : str
     provenance : dict
         Origin of the body (json-able).
@@ -195,6 +200,8 @@ class FlexibleBody(PickledByFields):
     load_patterns: tuple[LoadPattern, ...] = ()
     elasticity: Elasticity | None = None
     groups: tuple[NodeShares, ...] = ()
+    structural: np.ndarray | None = None
+    relaxation: Relaxation | None = None
     units: str = UNITS
     provenance: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
@@ -205,6 +212,7 @@ class FlexibleBody(PickledByFields):
             frozen += [] if frame.quadratic is None else [frame.quadratic]
         frozen += [block.nodes for block in self.cells]
         frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
+        frozen += [] if self.structural is None else [self.structural]
         frozen += [a for group in self.groups for a in (group.nodes, group.shares)]
         for array in frozen:
             array.flags.writeable = False

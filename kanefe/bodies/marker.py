@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 
@@ -52,6 +52,10 @@ class CoordinateMarker(Marker):
     coordinate: int
 
     @classmethod
-    def of(cls, body: int, coordinate: int, label: str) -> CoordinateMarker:
+    def of(cls, body: int, coordinate: int, label: str) -> Self:
         """Return the marker of a coordinate of a body's joint."""
         return cls(body, None, np.zeros(3), np.eye(3), label, coordinate)
+
+
+class ModalMarker(CoordinateMarker):
+    """A free coordinate of a flexible body as an end of a load, by its number among them; otherwise the same."""

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+import numpy as np
+
+from kanefe.equations.body_relaxations import body_relaxations, with_relaxed_bodies
 from kanefe.equations.contact_masses import with_contact_masses
 from kanefe.equations.given_state import Start, given_state, knows_states
 from kanefe.equations.joint_frictions import with_joint_frictions
@@ -23,7 +26,7 @@ def scene_model(data: ModelData, loads: Sequence[Load], t: float) -> Model:
     only if the loops do not close otherwise; likewise speeds: see `kanefe.literal.consistent_start`. Springs without a
     rest length are slack at that start, at time t (s), also if a run starts from another state (`model_at_start`).
     Dry friction in joints is a separate load, and so are stops with a restitution: see
-    `kanefe.equations.joint_frictions` and `joint_stops`.
+    `kanefe.equations.joint_frictions` and `joint_stops`; and the arms of viscoelastic bodies: `body_relaxations`.
 
     Raises
     ------
@@ -36,6 +39,7 @@ def scene_model(data: ModelData, loads: Sequence[Load], t: float) -> Model:
         q, u, _ = model.parts(starting_route(model).start(t))
         model = replace(model, initial_coordinates=q, initial_speeds=u)
     loads = (*loads, *joint_stops(model.with_loads(loads)))
+    loads = (*loads, *body_relaxations(model.with_loads(loads)))
     loads = with_contact_masses(model, loads)
     if loads:
         model = model.with_loads(starting_route(model).started(t, loads))
@@ -63,6 +67,8 @@ def model_at_start(model: Model, t: float, start: Start = None) -> Model:
     q, u, z = model.parts(starting_route(model).projected(t, y))
     if not knows_states(model, start):
         z = _anchored(model, t, q, u, z)
+        if any(load.kind == "relaxation" for load in model.loads):
+            z = with_relaxed_bodies(model, starting_route(model).state(t, np.concatenate((q, u, z))), z)
     return model.with_start(q, u, z)
 
 

@@ -121,6 +121,23 @@ class StressStiffness(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
+class ViscoelasticPart:
+    """A part of a body whose stress relaxes: ``K (1 - sum w_i + sum w_i exp(-t / tau_i))`` after a step of strain.
+
+    Attributes
+    ----------
+    stiffness : csr_matrix, shape (N, N)
+        Instantaneous stiffness K of the part, N/m.
+    weights, times : tuple of float
+        w_i, and relaxation times tau_i in s.
+    """
+
+    stiffness: sp.csr_matrix
+    weights: tuple[float, ...]
+    times: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
 class FiniteElementModel:
     """Full-order matrices of one flexible body in its mesh frame G (Eq. 21).
 
@@ -132,7 +149,7 @@ class FiniteElementModel:
         Degrees of freedom of every node, among "x", "y", "z", "rx", "ry", "rz"; degree of freedom number
         ``node * len(components) + c``.
     stiffness : csr_matrix, shape (N, N)
-        K, in N/m and N m/rad.
+        K, in N/m and N m/rad; of viscoelastic parts the long-term stiffness.
     mass : csr_matrix, shape (N, N)
         M, in kg and kg m2.
     mass_field : MassField or None
@@ -162,6 +179,10 @@ class FiniteElementModel:
         Unit directions of rotations that only follow the neighbourhood of their node, one a row: those of the nodes of
         solids, and about the normals of flat shells. They have no stiffness of their own and no mass, and no
         interface holds them.
+    structural : csr_matrix, shape (N, N), or None
+        Structural damping H, N/m: harmonic motions meet the stiffness ``K + i H``.
+    viscoelastic : tuple of ViscoelasticPart
+        Parts whose stress relaxes.
     """
 
     nodes: np.ndarray
@@ -179,6 +200,8 @@ class FiniteElementModel:
     provenance: Mapping[str, Any] = field(default_factory=dict)
     generalised: int = 0
     following: sp.csr_matrix | None = None
+    structural: sp.csr_matrix | None = None
+    viscoelastic: tuple[ViscoelasticPart, ...] = ()
 
     @property
     def size(self) -> int:

@@ -67,6 +67,11 @@ def write_sid(body: FlexibleBody, path: str | Path, *, nodes: Sequence[int] = ()
             "only a body with exact inertia can be written as SID, this one has the nodal approximation or is not "
             "reduced. Remedy: make it from a mesh or from beams, with reduction=CraigBampton(...)"
         )
+    if body.relaxation is not None or body.structural is not None:
+        raise ModelError(
+            "a body with a Prony series or a loss factor cannot be written as SID, which has a damping matrix alone. "
+            "Remedy: materials without, and damping= of the body"
+        )
     if count == 0:
         raise ModelError("a body without free coordinates is rigid. Remedy: reduction=CraigBampton(modes=...)")
     moments = body.moments.leading(count)

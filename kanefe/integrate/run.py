@@ -23,6 +23,7 @@ from kanefe.integrate.run_checks.bushing_turns import of_bushings
 from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
 from kanefe.integrate.run_checks.functions_of_user import across_jump, changed_by_run, values_of_functions
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
+from kanefe.integrate.run_checks.structural_damping import warn_of_structural_damping
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.set_up import SetUp, give_back, set_up
 from kanefe.integrate.shared_states import RecordsStates, SharedStates
@@ -103,6 +104,7 @@ def one_count(model: Model, options: RunOptions) -> AbstractContextManager[None]
 def _run(model: Model, options: RunOptions, poles: Poles | None, recorder: RecordsStates | None) -> Trajectory:
     (start, stop), wanted, clock = options.span, options.times, Clock()
     warn_of_stiff_contacts(model)
+    warn_of_structural_damping(model)
     with clock.part("set-up"):
         begun = set_up(model, options)
     stepper = begun.stepper

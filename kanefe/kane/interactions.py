@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from kanefe.bodies.marker import CoordinateMarker, Marker
+from kanefe.bodies.marker import CoordinateMarker, Marker, ModalMarker
 from kanefe.frames import Matrix, Vector
+from kanefe.kane.kinematics import elastic_partial_rates
 from kanefe.kane.state import State, actions
+from kanefe.tree.body_terms import static_transfer
 
 if TYPE_CHECKING:
     from kanefe.kane.kinematics import FrameMotion
@@ -39,23 +41,29 @@ def generalised_force(state: State, ends: tuple[Marker, ...], wrenches: Matrix) 
     F = np.zeros(state.columns)
     for marker, wrench in zip(ends, wrenches, strict=True):
         if isinstance(marker, CoordinateMarker):
-            F[_speed(state, marker)] += wrench[0]
+            F += _along(state, marker) * wrench[0]
             continue
         frame = state.marker(marker)
         F += frame.V.T @ (frame.A_NF.T @ wrench[:3]) + frame.W.T @ (frame.A_NF.T @ wrench[3:])
     return F
 
 
-def _speed(state: State, marker: CoordinateMarker) -> int:
-    """Return where the speed of a joint coordinate is among all speeds."""
-    return int(state.model.bodies[marker.body].speeds[marker.coordinate])
+def _along(state: State, marker: CoordinateMarker) -> Vector:
+    """Return the partial rate of a coordinate, (columns,); of a mode with what is transferred to fixed components."""
+    row, (_, speed) = np.zeros(state.columns), state.model.place_of(marker)
+    terms = state.model.bodies[marker.body].flexible
+    if isinstance(marker, ModalMarker) and terms is not None and state.columns > terms.fixed.start:
+        rates, k = elastic_partial_rates(terms, state.columns), terms.body.free_count
+        return np.asarray(rates[marker.coordinate] + static_transfer(terms.body)[:, marker.coordinate] @ rates[k:])
+    row[speed] = 1.0
+    return row
 
 
 def _moves(state: State, marker: Marker) -> Matrix:
     """Return the partial velocities of an end of a load, (6, columns), in N."""
     if isinstance(marker, CoordinateMarker):
         wide = np.zeros((6, state.columns))
-        wide[0, _speed(state, marker)] = 1.0
+        wide[0] = _along(state, marker)
         return wide
     F = state.marker(marker)
     return np.vstack((F.A_NF @ F.V, F.A_NF @ F.W))
@@ -74,7 +82,7 @@ def add_interactions(state: State, F: Vector) -> None:
     for load, action in zip(state.model.loads, actions(state), strict=True):
         for marker, wrench in zip(load.ends, action.wrenches, strict=True):
             if isinstance(marker, CoordinateMarker):
-                F[_speed(state, marker)] += wrench[0]
+                F += _along(state, marker) * wrench[0]
 
 
 def add_load_slopes(state: State, K: Matrix, C: Matrix) -> None:

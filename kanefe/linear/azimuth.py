@@ -45,7 +45,7 @@ def change_ahead(small: SmallMotions) -> float:
     change of A changes the rates.
     """
     model, t = small.model, small.t
-    weights = rate_weights(small.state_matrix(), len(small.positions.leading))
+    weights = rate_weights(small.state_matrix(), len(small.positions.leading), arms=len(small.arms))
     direction = np.random.default_rng(0).standard_normal(len(weights)) / weights
     here = weights * small.rates_along(direction)
     size = float(np.abs(here).max(initial=0.0))

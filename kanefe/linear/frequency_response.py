@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 class FrequencyResponse:
     """Complex amplitudes ``H(f) = C (2 pi i f - A)^-1 B + D`` of the outputs for inputs of unit amplitude.
 
+    Bodies with structural damping have the stiffness ``K + i H``, which is in A then.
+
     Attributes
     ----------
     frequencies : ndarray, shape (F,)
@@ -128,6 +130,8 @@ def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] |
     """Return the frequency response of a linearised scene: see `Linearisation.frequency_response`."""
     at = checked_frequencies(linearisation, frequencies)
     A, B, C, D = linearisation.A, linearisation.B, linearisation.C, linearisation.D
+    H = linearisation.small.structural_matrix()
+    A = A if H is None else A + 1j * H
     response = np.empty((len(at), len(C), B.shape[1]), dtype=complex)
     for i, f in enumerate(at):
         try:

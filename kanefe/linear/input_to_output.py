@@ -101,7 +101,7 @@ def channels_of(of: StateSpace, output: str | None = None, input: str | None = N
     rows = slice(None) if output is None else [place_of(of.output_names, output, "output")]
     columns = slice(None) if input is None else [place_of(of.input_names, input, "input")]
     B, positions, drives = of.B[:, columns], of.position_count, len(of.small.drives)
-    driven = np.r_[positions - drives : positions, len(of.A) - drives : len(of.A)]
+    driven = np.r_[positions - drives : positions, of.moving_count - drives : of.moving_count]
     kept = np.arange(len(of.A)) if np.any(B[driven]) else np.setdiff1d(np.arange(len(of.A)), driven)
     A = of.A[np.ix_(kept, kept)]
     weights = rate_weights(A, int(np.count_nonzero(kept < positions)))

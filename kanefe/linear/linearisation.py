@@ -215,11 +215,13 @@ class Linearisation(StateSpace):
     def moved(self, x: Sequence[float] | np.ndarray) -> Vector:
         """Return the state y = (q, u, z) displaced from that of the analysis by x (states,), to first order."""
         small = shaped_numbers(x, (len(self.A),), "x")
-        n, N = self.model.free_count, self.position_count
+        n, N, moving = self.model.free_count, self.position_count, self.moving_count
         z = self.small.along_positions.z @ small[:N]
-        du = self.small.along_positions.du @ small[:N] + self.small.along_speeds.du @ small[N:]
+        du = self.small.along_positions.du @ small[:N] + self.small.along_speeds.du @ small[N:moving]
         q = self.model.advance(self.state[: self.model.coordinate_count], z[:n])
         _, u, internal = self.model.parts(self.state)
+        internal = internal.copy()
+        internal[self.small.arms.places[: len(small) - moving]] += small[moving:]
         return np.concatenate((q, u + du[:n], internal))
 
 
@@ -341,16 +343,18 @@ def _rested(small: SmallMotions) -> Vector:
 def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequence[Output]) -> Linearisation:
     """Return the matrices of small motions, with inputs and outputs."""
     model = small.model
-    P, R = small.along_positions, small.along_speeds
+    P, R, arms = small.with_arms, small.along_speeds, small.along_arms
     lead_p, lead_r = small.positions.leading, small.speeds.leading
     A = small.state_matrix()
     driven = input_directions(small, inputs)
-    B = np.vstack((np.zeros((len(lead_p), len(inputs))), driven.ddu[lead_r]))
-    C = np.hstack((output_rows(small, outputs, P), output_rows(small, outputs, R)))
+    still = np.zeros((len(small.arms), len(inputs)))
+    B = np.vstack((np.zeros((len(lead_p), len(inputs))), driven.ddu[lead_r], still))
+    C = np.hstack([output_rows(small, outputs, along) for along in (P, R, arms)])
     D = output_rows(small, outputs, driven)
     if not small.is_moving:
         C, D = _without_noise(C), _without_noise(D)
     names_z = (*tangent_names(model), *(_drive_name(model, drive, 0) for drive in small.drives))
+    names_of_arms = [model.internal_names()[i] for i in small.arms.places]
     names_u = (*model.speed_names(), *(_drive_name(model, drive, 1) for drive in small.drives))
     return Linearisation(
         model=model,
@@ -360,7 +364,7 @@ def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequ
         B=B,
         C=C,
         D=D,
-        state_names=(*(names_z[i] for i in lead_p), *(names_u[i] for i in lead_r)),
+        state_names=(*(names_z[i] for i in lead_p), *(names_u[i] for i in lead_r), *names_of_arms),
         input_names=tuple(item.label for item in inputs),
         output_names=tuple(item.label for item in outputs),
         output_values=output_values(small, outputs),

@@ -28,6 +28,7 @@ from kanefe.kane.constraints import constraint_rates, place_rows
 from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive, Shift, shifted
 from kanefe.linear.independent import Independent, all_of, independent
+from kanefe.linear.losses import Arms, arms_of, structural_forces
 from kanefe.linear.overflow import refuse_overflow
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
 
@@ -201,17 +202,57 @@ class SmallMotions:
         return found
 
     def state_matrix(self) -> Matrix:
-        """Return A of ``dx/dt = A x`` over independent tangents and speeds, x = (p, r)."""
-        P, R = self.along_positions, self.along_speeds
+        """Return A of ``dx/dt = A x`` over independent tangents and speeds, and states of arms, x = (p, r, s)."""
+        P, R, S = self.with_arms, self.along_speeds, self.along_arms
         lead_p, lead_r = self.positions.leading, self.speeds.leading
-        A = np.block([[(self.G @ P.z + P.du)[lead_p], R.du[lead_p]], [P.ddu[lead_r], R.ddu[lead_r]]])
+        rows = [[(self.G @ P.z + P.du)[lead_p], R.du[lead_p]], [P.ddu[lead_r], R.ddu[lead_r]]]
+        if arms := len(self.arms):
+            pulled = self.arms.rates[:, None] * (self.arms.factors.T @ P.z[: self.model.free_count])
+            rows[0].append(np.zeros((len(lead_p), arms)))
+            rows[1].append(S.ddu[lead_r])
+            rows.append([pulled, np.zeros((arms, len(lead_r))), -np.diag(self.arms.rates)])
+        A = np.block(rows)
         refuse_overflow("the state matrix", A)
         return A
+
+    @cached_property
+    def arms(self) -> Arms:
+        """The arms of viscoelastic bodies; the derivatives here are those of a scene whose arms follow at once."""
+        return arms_of(self.model)
+
+    @cached_property
+    def along_arms(self) -> Directions:
+        """Unit states of the arms, with the accelerations that they bring."""
+        none = np.zeros((self.size, len(self.arms)))
+        ddu = none.copy()
+        if len(self.arms):
+            ddu[: self.model.free_count] = self.model.literal.responses(self.here, self.arms.factors)
+        return Directions(none, none, ddu)
+
+    @property
+    def with_arms(self) -> Directions:
+        """`along_positions` with what the arms, whose states stay, add to the accelerations."""
+        P = self.along_positions
+        if not len(self.arms):
+            return P
+        return Directions(P.z, P.du, P.ddu - self.along_arms.ddu @ (self.arms.factors.T @ P.z[: self.model.free_count]))
+
+    def structural_matrix(self) -> Matrix | None:
+        """Return H of ``dx/dt = (A + i H) x`` in harmonic motions; None: no body has structural damping."""
+        forces = structural_forces(self.model)
+        if forces is None:
+            return None
+        n, p, r = self.model.free_count, len(self.positions.leading), len(self.speeds.leading)
+        ddu = np.zeros((self.size, p))
+        ddu[:n] = self.model.literal.responses(self.here, -forces @ self.along_positions.z[:n])
+        found = np.zeros((p + r + len(self.arms),) * 2)
+        found[p : p + r, :p] = ddu[self.speeds.leading]
+        return found
 
     def rates_along(self, x: Vector) -> Vector:
         """Return A x for one direction; without loops A is not computed."""
         n = len(self.positions.leading)
-        if self.model.is_constrained or self.drives:
+        if self.model.is_constrained or self.drives or len(self.arms):
             return np.asarray(self.state_matrix() @ x)
         z, du = x[:n], x[n:]
         return np.concatenate((self.G @ z + du, self.derivatives.along(z[:, None], du[:, None])[:, 0]))

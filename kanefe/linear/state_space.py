@@ -12,6 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.imbalance import Imbalance
+from kanefe.linear.losses import condensed
 from kanefe.linear.modes.unresisted import Unresisted, unresisted
 from kanefe.linear.small_motions import SmallMotions
 from kanefe.linear.tangents import turning
@@ -23,7 +24,8 @@ class StateSpace:
     """Small motions x of a scene about a state, ``dx/dt = A x + B w``, ``y = C x + D w``.
 
     x are independent tangent coordinates p (displacements, angles, modal coordinates, rotation vectors in the moving
-    frame), followed by independent speeds r. Without rolling this is equivalent to
+    frame), followed by independent speeds r, and states of the arms of viscoelastic bodies. Without rolling, and with
+    arms that follow at once, this is equivalent to
 
         M d2p/dt2 + (damping + gyroscopic) dp/dt + stiffness p = B_2 w
 
@@ -74,21 +76,36 @@ class StateSpace:
 
     @property
     def position_count(self) -> int:
-        """Number of tangent coordinates p; the rest of x are speeds."""
+        """Number of tangent coordinates p; behind them x has speeds, and states of viscoelastic arms."""
         return self.small.positions.N.shape[1]
+
+    @property
+    def moving_count(self) -> int:
+        """Number of tangent coordinates and speeds; behind them x has states of viscoelastic arms."""
+        return self.position_count + self.small.speeds.N.shape[1]
 
     @cached_property
     def _undriven(self) -> Matrix:
         """A without the states of driven coordinates."""
         drives, small = len(self.small.drives), self.small
         p, r = len(small.positions.leading), len(small.speeds.leading)
-        kept = np.r_[: p - drives, p : p + r - drives]
+        kept = np.r_[: p - drives, p : p + r - drives, p + r : len(self.A)]
         return self.A[np.ix_(kept, kept)]
+
+    @cached_property
+    def structural(self) -> Matrix | None:
+        """H of ``A + i H`` in harmonic motions, without the states of driven coordinates; None: there is none."""
+        H, small, drives = self.small.structural_matrix(), self.small, len(self.small.drives)
+        if H is None:
+            return None
+        p, r = len(small.positions.leading), len(small.speeds.leading)
+        kept = np.r_[: p - drives, p : p + r - drives, p + r : len(self.A)]
+        return H[np.ix_(kept, kept)]
 
     @cached_property
     def _unresisted(self) -> Unresisted:
         """Motions of the undriven states without restoring force."""
-        return unresisted(self.small, self._undriven)
+        return unresisted(self.small, condensed(self._undriven, self.moving_count - 2 * len(self.small.drives)))
 
     @cached_property
     def imbalance(self) -> Imbalance:
@@ -117,15 +134,16 @@ class StateSpace:
                 "a scene that rolls has more coordinates than speeds and no mass, damping and stiffness matrices of "
                 "its coordinates alone. Remedy: A, or modes()"
             )
-        n, N = self.position_count, small.positions.N
+        n, N, A = self.position_count, small.positions.N, condensed(self.A, self.moving_count)
         M = N.T @ small.mass @ N
-        a11, a21, a22 = self.A[:n, :n], self.A[n:, :n], self.A[n:, n:]
+        a11, a21, a22 = A[:n, :n], A[n:, :n], A[n:, n:]
         return M, -M @ (a11 + a22), -M @ (a21 - a22 @ a11 + self._turning_rate())
 
     def undamped(self) -> Self:
         """Return the same without dissipation and circulatory forces: inertia, gyroscopic terms, symmetric stiffness.
 
-        Left out are the symmetric part of the factor of the rates and the skew part of that of the coordinates, such as
+        Arms of viscoelastic bodies follow at once, which leaves the long-term stiffness. Left out are the symmetric
+        part of the factor of the rates and the skew part of that of the coordinates, such as
         the cross-coupled stiffness of bearings and of rotating damping in a fixed frame.
 
         Raises
@@ -133,12 +151,13 @@ class StateSpace:
         ModelError
             If the scene rolls, for which these matrices do not exist.
         """
-        n, A = self.position_count, self.A.copy()
+        n, moving = self.position_count, self.moving_count
+        A = condensed(self.A, moving).copy()
         M, K = self.mass, self.stiffness
         a11 = A[:n, :n]
         A[n:, n:] = -a11 - np.linalg.solve(M, self.gyroscopic)
         A[n:, :n] = A[n:, n:] @ a11 - self._turning_rate() - np.linalg.solve(M, 0.5 * (K + K.T))
-        return replace(self, A=A)
+        return replace(self, A=A, B=self.B[:moving], C=self.C[:, :moving], state_names=self.state_names[:moving])
 
     def _turning_rate(self) -> Matrix:
         """Return the rate of change of A's upper left block along the motion."""

@@ -18,7 +18,7 @@ from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.frames import Matrix, skews
 from kanefe.kane.coupling import unit_wrenches
-from kanefe.tree.body_terms import FlexibleTerms
+from kanefe.tree.body_terms import FlexibleTerms, static_transfer
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.run_sweeps import FrameMotions
 
@@ -146,7 +146,7 @@ class HeldForces:
     def _work_of_loads(self) -> Matrix:
         """Return the work of what acts, but for the joint, in the deformations, (T, fixed)."""
         body, axes = self._terms.body, self._motion.axes
-        found = np.zeros((len(self._eta), self._terms.fixed_elastic.shape[1]))
+        found = self._work_of_arms()
         for interface in body.interfaces:
             found += self._work_at(interface, self._at_interface(interface.name))
         for load, end, marker in _ends_on(self._model, self._number, constraints=False):
@@ -158,6 +158,16 @@ class HeldForces:
                 turned = [self._model.slopes.rotation(theta) for theta in frame.displacements(self._eta)[:, 3:]]
                 moment = moment + np.cross(np.array(turned) @ marker.point, force)
             found += self._work_at(frame, np.hstack((force, moment)))
+        return found
+
+    def _work_of_arms(self) -> Matrix:
+        """Return that of the arms of a viscoelastic body, with what is transferred to fixed components."""
+        k, elastic = self._terms.body.free_count, self._terms.fixed_elastic
+        found = np.zeros((len(self._eta), elastic.shape[1]))
+        for i, load in enumerate(self._model.loads):
+            if load.kind == "relaxation" and load.ends[0].body == self._number:
+                along = elastic[:k] + static_transfer(self._terms.body).T @ elastic[k:]
+                found += np.column_stack([self._on_end(i, e)[:, 0] for e in range(len(load.ends))]) @ along
         return found
 
     def _work_at(self, frame: InterfaceFrame, wrench: Matrix) -> Matrix:

@@ -33,6 +33,7 @@ from kanefe.reduction.basis import Reduction
 from kanefe.reduction.massless import has_massless, tell_massless, tell_of_frames_without_inertia
 from kanefe.reduction.orthonormal import modes_by_mass
 from kanefe.reduction.record import reduction_record
+from kanefe.reduction.relaxation import loss_shapes, reduced_losses, refuse_losses
 from kanefe.reduction.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
 
 LARGEST_DENSE = 300
@@ -93,10 +94,9 @@ def flexible_body(
     if reduction is None and problem.size > LARGEST_DENSE:
         return _unreduced(problem, damping, stiffening, factorise, started)
     free, fixed, record = _whole(problem) if reduction is None else _reduced(problem, reduction)
-    basis = np.hstack((free, fixed))
+    count, basis = free.shape[1], np.hstack((free, fixed))
     stiffness = basis.T @ (problem.stiffness @ basis)
     stiffness = 0.5 * (stiffness + stiffness.T)
-    count = free.shape[1]
     full_basis, masses = ties.transformation @ basis, free.T @ (problem.mass @ free)
     body = FlexibleBody(
         nodes=np.array(model.nodes, dtype=float),
@@ -105,6 +105,7 @@ def flexible_body(
         free_count=count,
         stiffness=stiffness,
         damping=damping_matrix(damping, model, full_basis[:, :count], stiffness[:count, :count], masses),
+        **reduced_losses(model, full_basis[:, :count], stiffness[:count, :count]),
         interfaces=_interface_frames(ties, basis, count),
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
@@ -137,6 +138,7 @@ def _unreduced(
             f"stiffening={stiffening!r} of an unreduced body of {problem.size} coordinates is not possible. "
             f"Remedy: reduction=CraigBampton(modes=...), or fewer than {LARGEST_DENSE} coordinates"
         )
+    refuse_losses(problem.model)
     from kanefe.reduction.unreduced import unreduced_body
 
     return unreduced_body(problem.model, problem, damping, factorise, started)
@@ -159,8 +161,9 @@ def _whole(problem: StaticProblem) -> tuple[np.ndarray, np.ndarray, dict[str, An
 def _reduced(problem: StaticProblem, reduction: Reduction) -> tuple[np.ndarray, np.ndarray, dict[str, Any]]:
     """Return the free columns that a reduction keeps, the fixed ones, and the record of that."""
     chosen, ties = reduction.basis(problem), problem.ties
+    columns = np.hstack((chosen.columns, loss_shapes(problem, chosen.columns)))
     free, massless = modes_by_mass(
-        chosen.columns, problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses
+        columns, problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses
     )
     record = reduction_record(reduction, problem, chosen, free)
     fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]

@@ -277,7 +277,8 @@ def _numbers(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
 
 def _skipped(body: FlexibleBody) -> list[Block]:
     skipped = []
-    if not body.damping.any() if isinstance(body.damping, np.ndarray) else body.damping.nnz == 0:
+    damped = body.damping.any() if isinstance(body.damping, np.ndarray) else body.damping.nnz > 0
+    if not damped and body.structural is None and body.relaxation is None:
         skipped.append("damping: the body has none")
     if body.provenance.get("stiffening", "none") == "none" and not body.bends_far:
         skipped.append("motion-induced stiffening: the stiffness does not change with speed or load")

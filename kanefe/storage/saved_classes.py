@@ -28,7 +28,9 @@ SAVED_CLASSES = {
     "node group": "kanefe.fe_model.model:NodeGroup",
     "node shares": "kanefe.fe_model.node_shares:NodeShares",
     "section frame": "kanefe.bodies.exact.beam:SectionFrame",
+    "relaxation": "kanefe.bodies.relaxation:Relaxation",
     "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
+    "viscoelastic part": "kanefe.fe_model.model:ViscoelasticPart",
 }
 """Classes that can be saved, as "module:Class" by name."""
 

@@ -148,6 +148,12 @@ class BodyTerms:
         return self.coordinates[is_free], self.speeds[is_free]
 
 
+def static_transfer(body: FlexibleBody) -> np.ndarray:
+    """Return what internal forces on the free coordinates are on the fixed ones, K_cf K_ff^-1, (fixed, k)."""
+    k = body.free_count
+    return np.asarray(np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:]).T)
+
+
 def is_unreduced(body: FlexibleBody) -> TypeGuard[UnreducedBody]:
     """Return whether a body has all degrees of freedom of its mesh; does not import `UnreducedBody`."""
     return not isinstance(body.stiffness, np.ndarray)

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.scene.scene import BodyEntry
-from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
+from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced, static_transfer
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
@@ -148,13 +148,11 @@ def _flexible_terms(body: FlexibleBody, entry: BodyEntry, numbers: _Numbers) -> 
 
 def _transferred_damping(body: FlexibleBody) -> np.ndarray | None:
     """Return C over all rows of the body, (K, k), or None if undamped."""
-    k = body.free_count
     if is_unreduced(body):
         return body.damping if body.is_damped else None
     if not np.any(body.damping):
         return None
-    transfer = np.linalg.solve(body.stiffness[:k, :k], body.stiffness[:k, k:]).T
-    return np.vstack((body.damping, transfer @ body.damping))
+    return np.vstack((body.damping, static_transfer(body) @ body.damping))
 
 
 def _fixed_motions(body: FlexibleBody) -> tuple[np.ndarray, np.ndarray]:

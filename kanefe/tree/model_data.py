@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from kanefe.bodies.marker import Marker
+from kanefe.bodies.marker import CoordinateMarker, Marker, ModalMarker
 from kanefe.bodies.slopes import SlopeMeasure
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix
@@ -250,6 +250,13 @@ class ModelData(PickledByFields):
     @cached_property
     def _numbers(self) -> dict[str, int]:
         return {body.name: number for number, body in enumerate(self.bodies)}
+
+    def place_of(self, marker: CoordinateMarker) -> tuple[int, int]:
+        """Return the index in q (-1 - drive if it is driven) and of the speed of the coordinate of a marker."""
+        terms = self.bodies[marker.body].flexible
+        if isinstance(marker, ModalMarker) and terms is not None:
+            return terms.eta.start + marker.coordinate, terms.speeds.start + marker.coordinate
+        return self.coordinate_places(marker.body)[marker.coordinate]
 
     def flexible_terms(self, name: str) -> FlexibleTerms:
         """Return the terms of a flexible body by name; raise a ModelError if it is rigid."""

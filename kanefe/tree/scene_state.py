@@ -309,9 +309,11 @@ class SceneState:
     def _end(self, marker: Marker) -> End:
         if not isinstance(marker, CoordinateMarker):
             return self.placed_marker(marker).end
-        body, i = self.model.bodies[marker.body], marker.coordinate
+        at, speed = self.model.place_of(marker)
         p, v = np.zeros(3), np.zeros(3)
-        p[0], v[0] = body.joint_coordinates(self.time, self.q)[i], self.full[body.speeds[i]]
+        body = self.model.bodies[marker.body]
+        p[0] = self.q[at] if at >= 0 else body.joint_coordinates(self.time, self.q)[marker.coordinate]
+        v[0] = self.full[speed]
         return End(p, np.eye(3), v, np.zeros(3))
 
     def placed_marker(self, marker: Marker) -> Placed:

@@ -37,7 +37,7 @@ LIMITS = {
 ROOMS = {
     "kernels": 32005,
     "integrate": 11262,
-    "linear": 10534,
+    "linear": 10700,
     "imports": 7424,
     "kane": 2078,
     "literal": 1270,

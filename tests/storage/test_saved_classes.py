@@ -47,8 +47,10 @@ WORDS = {
     "nodal pattern",
     "node group",
     "node shares",
+    "relaxation",
     "section frame",
     "unreduced body",
+    "viscoelastic part",
 }
 WORDS_OF_WARNINGS = {
     "accuracy",

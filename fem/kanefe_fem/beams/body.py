@@ -25,11 +25,13 @@ from kanefe.frames import numbers
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.checks import Groups, check_elements, check_groups, check_nodes, per_element, warn_of_beam_units
+from kanefe_fem.beams.damping import damping_of_beams
 from kanefe_fem.beams.geometric_stiffness import BeamStressStiffness
 from kanefe_fem.beams.line_loads import check_lines, chosen_lines, line_groups, line_pattern
 from kanefe_fem.beams.mass import AXIAL_STATIONS, mass_field
 from kanefe_fem.beams.properties import ElementProperties, of_matrices, section_elasticity
 from kanefe_fem.machine.memory import check_size
+from kanefe_fem.materials.damping import losses_of
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -116,25 +118,29 @@ def beam_model(
     spans = check_lines({"span": range(len(connectivity))} if lines is None else lines, len(connectivity))
 
     axes = _element_axes(points, connectivity, sections, orientation, planar)
-    of_sections = _section_stiffness(sections, materials, theory, planar)
+    losses = [losses_of(material) for material in materials]
+    long_term = np.array([own.long_term for own in losses])
+    of_sections = long_term[:, None, None] * _section_stiffness(sections, materials, theory, planar)
     lengths = np.linalg.norm(points[connectivity[:, 1]] - points[connectivity[:, 0]], axis=1)
     properties = of_matrices(lengths, of_sections)
     components = tuple(COMPONENTS[row] for row in be.PLANAR_ROWS) if planar else COMPONENTS
     dofs = (connectivity[:, :, None] * len(components) + np.arange(len(components))).reshape(len(connectivity), -1)
     size = len(points) * len(components)
 
-    stiffness = assemble_stiffness(properties, axes, dofs, size, planar)
+    elastic = properties, axes, dofs, size, planar
+    stiffness = assemble_stiffness(*elastic)
     polar_radius = np.sqrt((properties.EI_y + properties.EI_z) / properties.EA)
     masses = [s.mass_of(m) for s, m in zip(sections, materials, strict=True)]
     warn_of_beam_units(lengths, masses, of_sections, materials)
     field = mass_field(points, connectivity, masses, properties, axes, dofs, planar, rotary_inertia)
+    mass = symmetric(field.mass_matrix())
     arms = np.asarray(field.arms).reshape(len(connectivity), AXIAL_STATIONS, -1, 3)
     stress_stiffness = BeamStressStiffness(properties, polar_radius, axes, dofs, size, arms, rotary_inertia)
     return FiniteElementModel(
         nodes=points,
         components=components,
         stiffness=stiffness,
-        mass=symmetric(field.mass_matrix()),
+        mass=mass,
         mass_field=field,
         cells=(Cells("line", connectivity),),
         groups={**({} if lines is None else line_groups(spans, points, connectivity)), **node_groups},
@@ -146,6 +152,7 @@ def beam_model(
             of_sections, axes, _for_pairs(sections, materials, lambda section, material: section.fibres_of(material))
         ),
         stress_stiffness=stress_stiffness,
+        **damping_of_beams(losses, mass, lambda shares: assemble_stiffness(*elastic, shares / long_term)),
         provenance={
             "source": "kanefe_fem.beam_model",
             "theory": theory,
@@ -322,10 +329,17 @@ def _for_pairs(
 
 
 def assemble_stiffness(
-    properties: ElementProperties, axes: np.ndarray, dofs: np.ndarray, size: int, planar: bool
+    properties: ElementProperties,
+    axes: np.ndarray,
+    dofs: np.ndarray,
+    size: int,
+    planar: bool,
+    shares: np.ndarray | None = None,
 ) -> sp.csr_matrix:
-    """Return K of elements with the axes A_GL and these degrees of freedom, shape (size, size)."""
+    """Return K of elements with the axes A_GL and these degrees of freedom, (size, size), or of shares of each (m,)."""
     K = be.rotate_element_matrix(be.spatial_stiffness(properties), be.spatial_transformation(axes))
+    if shares is not None:
+        K = shares[:, None, None] * K
     if planar:
         K = K[:, be.PLANAR_DOFS][:, :, be.PLANAR_DOFS]
     width = dofs.shape[1]

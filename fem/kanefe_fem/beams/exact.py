@@ -20,6 +20,7 @@ from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.checks import check_material
 from kanefe_fem.beams.properties import section_elasticity
+from kanefe_fem.materials.damping import refuse_losses
 
 if TYPE_CHECKING:
     from kanefe_fem.materials.isotropic import Material
@@ -199,6 +200,7 @@ def _sections(section: Any, material: Any) -> SectionAt:
             if not isinstance(found, BeamSection):
                 raise ModelError(f"exact_beam: section at {s:g} m is {found!r}. Remedy: see kanefe_fem.Rectangle")
             check_material(found, material, "an exact beam")
+            refuse_losses(material, "an exact beam", "damping=RayleighDamping(stiffness=...) of the beam")
             made[s] = found
         return made[s]
 

@@ -142,7 +142,7 @@ class LumpedMass:
 @checked("at", "to")
 @dataclass(frozen=True)
 class LumpedSpring:
-    """A massless spring from a node or a group to G, or to another node or group.
+    """A massless spring, damper or bushing from a node or a group to G, or to another node or group.
 
     Parameters
     ----------
@@ -156,44 +156,35 @@ class LumpedSpring:
     position : array_like, shape (3,), optional
         The point where the motions of both ends are compared, in m, so that a rigid motion of the body does not deform
         a spring between two groups. Default: the position of the node or group, or the middle of the two.
+    damping : array_like, optional
+        Damping against the rates of the same motions, in N s/m and N m s/rad, of the shapes of the stiffness; with it
+        the stiffness may be zero.
 
     Raises
     ------
     ModelError
-        If the stiffness is zero or not positive semidefinite.
+        If stiffness or damping is not positive semidefinite, or both are zero.
 
     Examples
     --------
     >>> mount = LumpedSpring("foot", stiffness=(2e6, 2e6, 5e6))
     >>> strut = LumpedSpring("left", stiffness=(0.0, 1e7, 0.0), to="right")
+    >>> damper = LumpedSpring("left", stiffness=(0.0, 0.0, 0.0), to="right", damping=(0.0, 300.0, 0.0))
     """
 
     at: Target
     stiffness: Any
     to: Target | None = None
     position: Any = None
+    damping: Any = None
 
     def __post_init__(self) -> None:
         label = self.label
-        S = numbers(self.stiffness)
-        S = np.diag(S) if S.shape in ((3,), (6,)) else S
-        if (
-            S.shape not in ((3, 3), (6, 6))
-            or not np.isfinite(S).all()
-            or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max()
-        ):
-            raise ModelError(
-                f"{label}: stiffness={self.stiffness!r}. Remedy: three or six numbers, or a symmetric matrix, in N/m "
-                "and N m/rad"
-            )
-        # translations and rotations have different units: each row is scaled before the eigenvalues are compared
-        scale = np.sqrt(np.abs(np.diagonal(S)))
-        scale[scale == 0.0] = 1.0
-        if np.linalg.eigvalsh(S / np.outer(scale, scale))[0] < -1e-9 or not np.abs(S).max() > 0.0:
+        object.__setattr__(self, "stiffness", _six_by_six(label, "stiffness", self.stiffness, "N/m and N m/rad"))
+        if self.damping is not None:
+            object.__setattr__(self, "damping", _six_by_six(label, "damping", self.damping, "N s/m and N m s/rad"))
+        if not np.any(self.stiffness) and not np.any(self.damping or 0.0):
             raise ModelError(f"{label}: the stiffness is zero or negative in a direction. Remedy: positive numbers")
-        full = np.zeros((6, 6))
-        full[: len(S), : len(S)] = 0.5 * (S + S.T)
-        object.__setattr__(self, "stiffness", tuple(map(tuple, full.tolist())))
         object.__setattr__(self, "position", _point(label, self.position))
         if self.to is not None and self.to == self.at:
             raise ModelError(f"{label}: both ends are the same. Remedy: leave `to` out for a spring to G")
@@ -202,6 +193,22 @@ class LumpedSpring:
     def label(self) -> str:
         """Name in messages."""
         return f"lumped spring on {self.at!r}" if self.to is None else f"lumped spring {self.at!r} to {self.to!r}"
+
+
+def _six_by_six(label: str, what: str, given: Any, unit: str) -> tuple[tuple[float, ...], ...]:
+    """Return the stiffness or damping of a spring as rows of a matrix (6, 6)."""
+    S = numbers(given)
+    S = np.diag(S) if S.shape in ((3,), (6,)) else S
+    if S.shape not in ((3, 3), (6, 6)) or not np.isfinite(S).all() or np.abs(S - S.T).max() > 1e-9 * np.abs(S).max():
+        raise ModelError(f"{label}: {what}={given!r}. Remedy: three or six numbers, or a symmetric matrix, in {unit}")
+    # translations and rotations have different units: each row is scaled before the eigenvalues are compared
+    scale = np.sqrt(np.abs(np.diagonal(S)))
+    scale[scale == 0.0] = 1.0
+    if np.linalg.eigvalsh(S / np.outer(scale, scale))[0] < -1e-9:
+        raise ModelError(f"{label}: the {what} is zero or negative in a direction. Remedy: positive numbers")
+    full = np.zeros((6, 6))
+    full[: len(S), : len(S)] = 0.5 * (S + S.T)
+    return tuple(map(tuple, full.tolist()))
 
 
 Lumped: TypeAlias = LumpedMass | LumpedSpring
@@ -230,7 +237,7 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
     Returns
     -------
     FiniteElementModel
-        With the masses in M and in the mass field, and the springs in K.
+        With the masses in M and in the mass field, the springs in K, and their damping in C.
 
     Raises
     ------
@@ -257,12 +264,15 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
         or not all(isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped)
     ):
         raise ModelError(f"lumped={lumped!r}. Remedy: a list of LumpedMass(...) and LumpedSpring(...)")
-    stiffness, mass = model.stiffness, model.mass
+    stiffness, mass, damping = model.stiffness, model.mass, model.damping
     clouds: list[_Cloud] = []
     for item in lumped:
         if isinstance(item, LumpedSpring):
             T = _spring_motion(model, item)
             stiffness = stiffness + T.T @ sp.csr_matrix(np.array(item.stiffness)) @ T
+            if item.damping is not None:
+                of_item = T.T @ sp.csr_matrix(np.array(item.damping)) @ T
+                damping = of_item if damping is None else damping + of_item
             continue
         cloud = _cloud_of(model, item)
         mass = mass + cloud.motion.T @ sp.diags(np.repeat(cloud.shares, 3)) @ cloud.motion
@@ -271,6 +281,7 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
         model,
         stiffness=sp.csr_matrix(stiffness),
         mass=sp.csr_matrix(mass),
+        damping=None if damping is None else sp.csr_matrix(damping),
         mass_field=_extended(model.mass_field, clouds),
         provenance={**model.provenance, "lumped": [_described(item) for item in lumped]},
     )
@@ -308,6 +319,11 @@ def _spring_motion(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_ma
     centre = np.mean([place(model, end) for end in ends], axis=0)
     centre = centre if spring.position is None else np.array(spring.position)
     S = np.array(spring.stiffness)
+    S = (
+        S
+        if spring.damping is None
+        else S / (np.abs(S).max() or 1.0) + np.array(spring.damping) / np.abs(spring.damping).max()
+    )
     motions = []
     for end in ends:
         T, blind = mean_motion(model, end, centre)
@@ -337,7 +353,8 @@ def _extended(field: MassField | None, clouds: list[_Cloud]) -> MassField | None
 
 def _described(item: Lumped) -> dict[str, Any]:
     kind = "mass" if isinstance(item, LumpedMass) else "spring"
-    return {"kind": kind, **{name: getattr(item, name) for name in item.__dataclass_fields__}}
+    own = {name: getattr(item, name) for name in item.__dataclass_fields__}
+    return {"kind": kind, **{name: value for name, value in own.items() if name != "damping" or value is not None}}
 
 
 def _second_moments(inertia: np.ndarray) -> np.ndarray:

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError, UnitWarning, outside
+from kanefe.fe_model.damping import RayleighDamping
+from kanefe_fem.materials.damping import described_losses, prony_of_loss_factor, put_losses
 from kanefe_fem.materials.voigt import isotropic, one_number
 
 
@@ -48,6 +51,13 @@ class Material:
         Density in kg/m3, > 0.
     name : str, optional
         Used in messages only.
+    damping : RayleighDamping, optional
+        Viscous damping of its part of a body, proportional to mass and stiffness of that part.
+    loss_factor : float
+        Structural damping, from 0 to 2: the loss modulus over the storage modulus. For frequency responses and loss
+        factors of modes; runs need a Prony series, see `viscoelastic`.
+    prony : sequence of (float, float)
+        Arms of a generalised Maxwell model: weights, shares of the instantaneous modulus E, and relaxation times in s.
 
     Raises
     ------
@@ -59,12 +69,16 @@ class Material:
     >>> aluminium = Material(E=70e9, nu=0.33, rho=2700.0, name="aluminium")
     >>> round(aluminium.shear_modulus / 1e9, 2)
     26.32
+    >>> rubber = Material(E=6e6, nu=0.48, rho=1100.0, prony=[(0.3, 0.01), (0.2, 0.1)])
     """
 
     E: float
     nu: float
     rho: float
     name: str | None = None
+    damping: RayleighDamping | None = None
+    loss_factor: float = 0.0
+    prony: Sequence[tuple[float, float]] = ()
 
     def __post_init__(self) -> None:
         label = f"material {self.name!r}" if self.name else "material"
@@ -82,6 +96,34 @@ class Material:
             )
         if self.rho <= 0.0:
             raise ModelError(f"{label}: rho = {self.rho:g} kg/m3 must be positive. Remedy: steel has rho=7850")
+        put_losses(self, label)
+
+    @checked("band")
+    def viscoelastic(self, band: Sequence[float]) -> Material:
+        """Return the material with a Prony series in place of its loss factor, for runs.
+
+        Parameters
+        ----------
+        band : (float, float)
+            Frequencies in Hz between which it has the loss factor. In their middle E is that of this material.
+
+        Raises
+        ------
+        ModelError
+            If it has no loss factor, or the band is not valid.
+
+        See Also
+        --------
+        kanefe_fem.prony_of_loss_factor : tells the error of the fit.
+
+        Examples
+        --------
+        >>> layer = Material(E=2.6e6, nu=0.45, rho=970.0, loss_factor=0.5).viscoelastic((10.0, 1000.0))
+        >>> layer.loss_factor, len(layer.prony) > 3
+        (0.0, True)
+        """
+        fit = prony_of_loss_factor(self.loss_factor, band)
+        return replace(self, E=self.E * fit.stiffness, loss_factor=0.0, prony=fit.prony)
 
     @property
     def shear_modulus(self) -> float:
@@ -105,7 +147,7 @@ class Material:
 
     def describe(self) -> dict[str, object]:
         """Return the constants (json-able)."""
-        return {"E": self.E, "nu": self.nu, "rho": self.rho, "name": self.name}
+        return {"E": self.E, "nu": self.nu, "rho": self.rho, "name": self.name, **described_losses(self)}
 
 
 def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) -> None:

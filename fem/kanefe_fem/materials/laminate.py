@@ -10,6 +10,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe_fem.materials.damping import refuse_losses
 from kanefe_fem.materials.oriented import SolidMaterial, axes_at_angle
 from kanefe_fem.materials.voigt import IN_PLANE, check_numbers, rotated
 
@@ -48,6 +49,7 @@ class Ply:
         object.__setattr__(self, "thickness", thickness)
         if numbers(self.angle).shape != () or not np.isfinite(numbers(self.angle)):
             raise ModelError(f"{label}: angle = {self.angle!r} is not finite. Remedy: give it in rad")
+        refuse_losses(self.material, label, "a group of cells for each ply, or damping= of the body")
         object.__setattr__(self, "angle", float(self.angle))
 
 

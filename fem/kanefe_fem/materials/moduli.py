@@ -20,6 +20,10 @@ class IsotropicModuli:
     lame: np.ndarray
     shear: np.ndarray
 
+    def times(self, shares: np.ndarray) -> IsotropicModuli:
+        """Return shares (m,) of the moduli of each cell."""
+        return IsotropicModuli(shares * self.lame, shares * self.shear)
+
 
 @dataclass(frozen=True, eq=False)
 class AnisotropicModuli:
@@ -32,6 +36,10 @@ class AnisotropicModuli:
     """
 
     matrices: np.ndarray
+
+    def times(self, shares: np.ndarray) -> AnisotropicModuli:
+        """Return shares (m,) of the moduli of each cell."""
+        return AnisotropicModuli(shares[:, None, None] * self.matrices)
 
 
 Moduli = IsotropicModuli | AnisotropicModuli

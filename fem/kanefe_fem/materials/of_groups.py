@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,6 +13,7 @@ from kanefe.errors import ModelError, outside
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.fe_model.shapes import kind_of_order, measures, shape
 from kanefe_fem.materials import voigt
+from kanefe_fem.materials.damping import Losses, losses_of
 from kanefe_fem.materials.isotropic import LOCKING_NU, AccuracyWarning, Material, warn_of_units
 from kanefe_fem.materials.moduli import AnisotropicModuli, IsotropicModuli, Moduli
 from kanefe_fem.materials.oriented import Oriented, SolidMaterial
@@ -32,16 +33,31 @@ class CellMaterials:
     Attributes
     ----------
     moduli : IsotropicModuli or AnisotropicModuli
-        For the assembly, times the thickness of a plane body.
+        For the assembly, times the thickness of a plane body; of viscoelastic materials the instantaneous ones.
     density : ndarray, shape (m,)
         kg/m3, times the thickness (kg/m2) of a plane body.
     elasticity : Elasticity
-        For stresses: in Pa, without the thickness.
+        For stresses: in Pa, without the thickness; of viscoelastic materials the long-term moduli.
+    losses : tuple of Losses
+        Damping of each group.
+    counts : tuple of int
+        Number of cells of each group.
     """
 
     moduli: Moduli
     density: np.ndarray
     elasticity: Elasticity
+    losses: tuple[Losses, ...]
+    counts: tuple[int, ...]
+
+    def of_each(self, of_group: Callable[[Losses], float]) -> np.ndarray:
+        """Return a number of the damping of each cell, shape (m,)."""
+        return np.repeat([float(of_group(own)) for own in self.losses], self.counts)
+
+    @property
+    def long_term_moduli(self) -> Moduli:
+        """The moduli that do not relax."""
+        return self.moduli.times(self.of_each(lambda own: own.long_term))
 
 
 def materials_by_group(
@@ -111,17 +127,22 @@ def cell_materials(
     """
     counts = [sum(len(block.nodes) for block in mesh.cells[name]) for name in materials]
     density = [density_of(name, material, densities) for name, material in materials.items()]
+    losses = tuple(losses_of(material) for material in materials.values())
     tables, of_cell, start = [], [], 0
-    for (name, material), count in zip(materials.items(), counts, strict=True):
+    long_term: list[np.ndarray] = []
+    for (name, material), count, own in zip(materials.items(), counts, losses, strict=True):
         C = _moduli_of_group(mesh, name, material)
         tables.append(voigt.in_space(voigt.plane_stress(C)) if plane == "stress" else C)
+        long_term.append(own.long_term * tables[-1])
         of_cell.append(start + (np.arange(count) if len(C) == count else np.zeros(count, dtype=np.int64)))
         start += len(C)
     table, numbers = np.concatenate(tables), np.concatenate(of_cell)
     return CellMaterials(
         moduli=_moduli(mesh.dimension, materials, counts, plane, thickness, table, numbers),
         density=thickness * np.repeat(density, counts),
-        elasticity=Elasticity(table, numbers),
+        elasticity=Elasticity(np.concatenate(long_term), numbers),
+        losses=losses,
+        counts=tuple(counts),
     )
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.fe_model.damping import RayleighDamping
 from kanefe.frames import numbers
+from kanefe_fem.materials.damping import Losses, described_losses, put_losses
 from kanefe_fem.materials.voigt import check_density, check_numbers, check_stiffness
 
 
@@ -32,6 +35,8 @@ class Orthotropic:
         Density in kg/m3, > 0.
     name : str, optional
         Used in messages only.
+    damping, loss_factor, prony : optional
+        As those of `Material`, of all moduli alike.
 
     Raises
     ------
@@ -57,6 +62,9 @@ class Orthotropic:
     G23: float
     rho: float
     name: str | None = None
+    damping: RayleighDamping | None = None
+    loss_factor: float = 0.0
+    prony: Sequence[tuple[float, float]] = ()
 
     def __post_init__(self) -> None:
         moduli = ("E1", "E2", "E3", "G12", "G13", "G23", "rho")
@@ -84,6 +92,7 @@ class Orthotropic:
                 "nu23 nu32 - 2 nu21 nu32 nu13 must be positive). Remedy: check that nu_ij is the contraction along j "
                 "when pulled along i"
             )
+        put_losses(self, self._label)
 
     @classmethod
     @checked
@@ -141,7 +150,8 @@ class Orthotropic:
 
     def describe(self) -> dict[str, object]:
         """Return the constants (json-able)."""
-        return {"kind": "orthotropic", **{f.name: getattr(self, f.name) for f in fields(self)}}
+        own = {f.name: getattr(self, f.name) for f in fields(self) if not hasattr(Losses, f.name)}
+        return {"kind": "orthotropic", **own, **described_losses(self)}
 
     @property
     def _E(self) -> np.ndarray:
@@ -166,6 +176,8 @@ class Anisotropic:
         Density in kg/m3, > 0.
     name : str, optional
         Used in messages only.
+    damping, loss_factor, prony : optional
+        As those of `Material`, of all moduli alike.
 
     Raises
     ------
@@ -184,6 +196,9 @@ class Anisotropic:
     stiffness: np.ndarray
     rho: float
     name: str | None = None
+    damping: RayleighDamping | None = None
+    loss_factor: float = 0.0
+    prony: Sequence[tuple[float, float]] = ()
 
     def __post_init__(self) -> None:
         label = f"material {self.name!r}" if self.name else "material"
@@ -192,7 +207,9 @@ class Anisotropic:
         matrix.flags.writeable = False
         object.__setattr__(self, "stiffness", matrix)
         object.__setattr__(self, "rho", check_density(label, self.rho))
+        put_losses(self, label)
 
     def describe(self) -> dict[str, object]:
         """Return the constants (json-able)."""
-        return {"kind": "anisotropic", "stiffness": self.stiffness.tolist(), "rho": self.rho, "name": self.name}
+        own = {"kind": "anisotropic", "stiffness": self.stiffness.tolist(), "rho": self.rho, "name": self.name}
+        return {**own, **described_losses(self)}

@@ -8,6 +8,7 @@ the kept modes. Remedies: more modes, or a reduction with the static shapes of t
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -15,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.errors import ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.instants.instant import Instant
 from kanefe.results.reader import LARGEST_TABLE, Reader
 from kanefe.results.selection import Frames, frame_index
@@ -87,6 +88,13 @@ def recover(
     chosen = frame_index(frames, len(result.times)) if times is None else nearest_frames(result.times, times)
     rows = np.atleast_1d(np.arange(len(result.times))[chosen])
     row = None if material is None else material_row(name, shape, material)
+    if f"relaxation of {name}" in result.loads:
+        warnings.warn(
+            f"stresses of the viscoelastic body {name!r} are those of its long-term moduli: what its arms carry while "
+            "they relax is left out. Remedy: none is needed where motions are slow against the relaxation times",
+            AccuracyWarning,
+            stacklevel=outside(),
+        )
     return Recovery(result, name, rows, eta[rows], row)
 
 

@@ -92,6 +92,11 @@ class BeamWhole:
     """A chain of beam elements."""
 
     def __init__(self, model: FiniteElementModel, interfaces: Mapping[str, Any]) -> None:
+        if model.damping is not None or model.structural is not None or model.viscoelastic:
+            raise ModelError(
+                "the materials of a beam that is cut into segments are damped, and its segments would not be. Remedy: "
+                "materials without, and damping= of the segments"
+            )
         model, named = with_places(model, interfaces)
         groups, self.interfaces = dict(model.groups), {}
         for name, given in named.items():

@@ -34,6 +34,7 @@ from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
 from kanefe_fem.mesh_files import read_to_assemble
+from kanefe_fem.solids.damping import damping_of_solid
 from kanefe_fem.solids.preload import Preload, preloaded
 from kanefe_fem.solids.quadrature_assembly import QuadratureAssembly, assemble_by_quadrature
 
@@ -180,6 +181,7 @@ def solid_model(
         },
         elasticity=of_cells.elasticity,
         stress_stiffness=assembly.stress_stiffness,
+        **damping_of_solid(assembly, of_cells, mesh.dimension),
         provenance={
             "source": mesh.source,
             **mesh.provenance,
@@ -229,7 +231,7 @@ def solid_body(
     reduction : CraigBampton, optional
         None keeps every degree of freedom.
     damping : optional
-        None, RayleighDamping, ModalDamping or a matrix.
+        RayleighDamping, ModalDamping or a matrix in the place of the damping that materials bring. None: that alone.
     stiffening : "none", "inertial" or "full"
         Motion-induced stiffening, as in `kanefe.reduction.flexible_body`.
     cache : bool
@@ -325,10 +327,12 @@ def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAsse
             mesh.connectivity,
             mesh.kind,
             straight=is_straight(mesh),
-            moduli=materials.moduli,
+            moduli=materials.long_term_moduli,
             density=materials.density,
         )
-    return assemble_by_quadrature(np.asarray(mesh.nodes), mesh.cell_blocks, materials.moduli, materials.density)
+    return assemble_by_quadrature(
+        np.asarray(mesh.nodes), mesh.cell_blocks, materials.long_term_moduli, materials.density
+    )
 
 
 def _as_mesh(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None) -> Mesh:

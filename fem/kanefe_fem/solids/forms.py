@@ -29,14 +29,17 @@ class MaterialFields:
     functions: tuple[Any, ...]
 
 
-def material_fields(fx: Any, mesh: Any, moduli: Moduli, original: np.ndarray) -> MaterialFields:
-    """Return the moduli as functions of the mesh, whose cell i is the cell `original[i]` of the moduli."""
+def values_of(moduli: Moduli, original: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the values of the functions of moduli on a mesh, whose cell i is the cell `original[i]` of the moduli."""
     if isinstance(moduli, IsotropicModuli):
-        return MaterialFields(
-            tuple(cell_function(fx, mesh, values[original]) for values in (moduli.lame, moduli.shear))
-        )
+        return moduli.lame[original], moduli.shear[original]
     rows, columns = np.triu_indices(moduli.matrices.shape[1])
-    return MaterialFields((cell_function(fx, mesh, moduli.matrices[original][:, rows, columns]),))
+    return (moduli.matrices[original][:, rows, columns],)
+
+
+def material_fields(fx: Any, mesh: Any, moduli: Moduli, original: np.ndarray) -> MaterialFields:
+    """Return the moduli as functions of the mesh: see `values_of`."""
+    return MaterialFields(tuple(cell_function(fx, mesh, values) for values in values_of(moduli, original)))
 
 
 def strain(fx: Any, u: Any) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -70,6 +70,23 @@ class SolidProblem:
         return matrix[self.scalar_order][:, self.scalar_order]
 
 
+class Forms(NamedTuple):
+    """The compiled forms of an assembly, for the same with other numbers on the cells.
+
+    Attributes
+    ----------
+    stiffness, mass : compiled form
+    density : function of the mesh
+    original : ndarray of int, shape (m,)
+        Number, in the given arrays, of each cell of the mesh.
+    """
+
+    stiffness: Any
+    mass: Any
+    density: Any
+    original: np.ndarray
+
+
 @dataclass(frozen=True, eq=False)
 class Assembly:
     """Matrices in the assembler's own numbering of the nodes.
@@ -85,6 +102,7 @@ class Assembly:
         Time of each stage.
     versions : dict
         Versions of dolfinx and PETSc.
+    forms : Forms
     """
 
     stiffness: sp.csr_matrix
@@ -92,6 +110,7 @@ class Assembly:
     problem: SolidProblem
     seconds: dict[str, float]
     versions: dict[str, str]
+    forms: Forms
 
     @property
     def order_of_nodes(self) -> np.ndarray:
@@ -102,6 +121,30 @@ class Assembly:
     def stress_stiffness(self) -> StressStiffness:
         """Function of the geometric stiffness of a static displacement."""
         return solid_stress_stiffness(self.problem)
+
+    def stiffness_with(self, moduli: Moduli, own: Moduli) -> sp.csr_matrix:
+        """Return the stiffness with other moduli, of the kind of its `own`, which are there again afterwards."""
+        problem, (form, _, _, original) = self.problem, self.forms
+
+        def put(moduli: Moduli) -> None:
+            for function, values in zip(problem.fields.functions, solid_forms.values_of(moduli, original), strict=True):
+                _fenicsx.put_in_cells(function, values)
+
+        put(moduli)
+        found = _fenicsx.assemble_matrix(problem.fx, form)
+        put(own)
+        return without_zeros(found)
+
+    def mass_with(self, density: np.ndarray) -> sp.csr_matrix:
+        """Return the scalar mass matrix with other densities (m,), such as those times factors of their damping."""
+        _fenicsx.put_in_cells(self.forms.density, density[self.forms.original])
+        return self.problem.scalar_matrix(self.forms.mass)
+
+
+def without_zeros(matrix: sp.csr_matrix) -> sp.csr_matrix:
+    """Return a matrix without the zeros of cells that have no part in it."""
+    matrix.eliminate_zeros()
+    return matrix
 
 
 def assemble(
@@ -176,7 +219,7 @@ def _assemble(
 
     stages = ("create mesh", "compile forms", "assemble stiffness", "assemble mass")
     seconds = dict(zip(stages, np.diff(clock).tolist(), strict=True))
-    return Assembly(stiffness, mass, problem, seconds, fx.versions)
+    return Assembly(stiffness, mass, problem, seconds, fx.versions, Forms(stiffness_form, mass_form, rho, original))
 
 
 def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:

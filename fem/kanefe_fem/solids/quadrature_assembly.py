@@ -37,6 +37,8 @@ class QuadratureAssembly(NamedTuple):
     seconds : dict
         Time of each stage.
     versions : dict
+    nodes, blocks
+        As given.
     """
 
     stiffness: sp.csr_matrix
@@ -45,6 +47,18 @@ class QuadratureAssembly(NamedTuple):
     stress_stiffness: StressStiffness
     seconds: dict[str, float]
     versions: dict[str, str]
+    nodes: np.ndarray
+    blocks: Sequence[Cells]
+
+    def stiffness_with(self, moduli: Moduli, own: Moduli) -> sp.csr_matrix:
+        """Return the stiffness with other moduli."""
+        found = _stiffness(self.nodes, self.blocks, moduli)
+        found.eliminate_zeros()
+        return found
+
+    def mass_with(self, density: np.ndarray) -> sp.csr_matrix:
+        """Return the scalar mass matrix with other densities (m,)."""
+        return _mass(self.nodes, self.blocks, density)
 
 
 def assemble_by_quadrature(
@@ -66,25 +80,9 @@ def assemble_by_quadrature(
     dimension = shape(blocks[0].kind).dimension
     C = _matrices(moduli, dimension)
     clock = [time.perf_counter()]
-
-    def stiffness(element: Shape, nodes_of: np.ndarray, cells: slice) -> np.ndarray:
-        total = np.zeros((len(nodes_of), nodes_of.shape[1] * dimension, nodes_of.shape[1] * dimension))
-        for gradient, weight in zip(*_rule(element), strict=True):
-            by_x, jacobian = _jacobian(nodes[nodes_of][:, :, :dimension], gradient)
-            B = _strains(by_x)
-            total += np.swapaxes(B, 1, 2) @ ((weight * jacobian)[:, None, None] * (C[cells] @ B))
-        return total
-
-    def mass(element: Shape, nodes_of: np.ndarray, cells: slice) -> np.ndarray:
-        points, weights = quadrature(element.kind, mass_degree(element, element))
-        x = nodes[nodes_of][:, :, :dimension]
-        jacobians = np.stack([_jacobian(x, gradient)[1] for gradient in element.gradients(points)], axis=1)
-        N = element.values(points)
-        return np.einsum("mp,pi,pj->mij", density[cells, None] * weights * jacobians, N, N, optimize=True)
-
-    K = _assembled(blocks, len(nodes), dimension, stiffness)
+    K = _stiffness(nodes, blocks, moduli)
     clock.append(time.perf_counter())
-    M = _assembled(blocks, len(nodes), 1, mass)
+    M = _mass(nodes, blocks, density)
     clock.append(time.perf_counter())
 
     def stress_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
@@ -105,7 +103,37 @@ def assemble_by_quadrature(
 
     seconds = dict(zip(("assemble stiffness", "assemble mass"), np.diff(clock).tolist(), strict=True))
     versions = {"numpy": np.__version__}
-    return QuadratureAssembly(K, M, np.arange(len(nodes)), stress_stiffness, seconds, versions)
+    return QuadratureAssembly(K, M, np.arange(len(nodes)), stress_stiffness, seconds, versions, nodes, blocks)
+
+
+def _stiffness(nodes: np.ndarray, blocks: Sequence[Cells], moduli: Moduli) -> sp.csr_matrix:
+    """Return K, shape (n d, n d)."""
+    dimension = shape(blocks[0].kind).dimension
+    C = _matrices(moduli, dimension)
+
+    def of_cells(element: Shape, nodes_of: np.ndarray, cells: slice) -> np.ndarray:
+        total = np.zeros((len(nodes_of), nodes_of.shape[1] * dimension, nodes_of.shape[1] * dimension))
+        for gradient, weight in zip(*_rule(element), strict=True):
+            by_x, jacobian = _jacobian(nodes[nodes_of][:, :, :dimension], gradient)
+            B = _strains(by_x)
+            total += np.swapaxes(B, 1, 2) @ ((weight * jacobian)[:, None, None] * (C[cells] @ B))
+        return total
+
+    return _assembled(blocks, len(nodes), dimension, of_cells)
+
+
+def _mass(nodes: np.ndarray, blocks: Sequence[Cells], density: np.ndarray) -> sp.csr_matrix:
+    """Return the scalar mass matrix, shape (n, n)."""
+    dimension = shape(blocks[0].kind).dimension
+
+    def of_cells(element: Shape, nodes_of: np.ndarray, cells: slice) -> np.ndarray:
+        points, weights = quadrature(element.kind, mass_degree(element, element))
+        x = nodes[nodes_of][:, :, :dimension]
+        jacobians = np.stack([_jacobian(x, gradient)[1] for gradient in element.gradients(points)], axis=1)
+        N = element.values(points)
+        return np.einsum("mp,pi,pj->mij", density[cells, None] * weights * jacobians, N, N, optimize=True)
+
+    return _assembled(blocks, len(nodes), 1, of_cells)
 
 
 def _matrices(moduli: Moduli, dimension: int) -> np.ndarray:

@@ -351,7 +351,7 @@ def _followed(
 def _without_damping(model: Model) -> str:
     """Return what to do where the steps are short since flexible bodies vibrate for ever; nothing where none does."""
     flexible = [(body.name, body.flexible.body) for body in model.bodies if body.flexible is not None]
-    names = [repr(name) for name, body in flexible if not np.any(body.damping)]
+    names = [repr(name) for name, body in flexible if not (np.any(body.damping) or body.relaxation is not None)]
     if not names:
         return ""
     shown = names if len(names) < 4 else [*names[:2], f"{len(names) - 2} more"]

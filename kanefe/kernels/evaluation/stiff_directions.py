@@ -34,11 +34,11 @@ from kanefe.kernels.loads.load_tangents import (
     tangent_memory,
     tangent_size,
 )
-from kanefe.kernels.loads.loads_between import evaluate_load
+from kanefe.kernels.loads.loads_between import evaluate_load, push_along
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.step_commands import DirectedStep
-from kanefe.kernels.sweeps.elastic import total
+from kanefe.kernels.sweeps.elastic import add_along_mode, total
 from kanefe.kernels.tables import LoadsBetween
 from kanefe.kernels.tree import Kind
 from kanefe.kernels.values.tensors import cross
@@ -128,7 +128,7 @@ def _respond(scene: Scene, work: Work, n: int, wrenches: np.ndarray, du: np.ndar
     for i in range(load.end_count):
         end, force = ends[load.first_end + i], on[i].force
         if end.row == COORDINATE:
-            work.applied[end.speed] += force.x
+            push_along(scene, work, end, force.x)
         elif end.row >= 0:
             push(scene, work, end.row, force, on[i].moment + cross(work.frames[end.row].R @ end.point, force))
     sweep_forces_inward(scene, work, True, None)
@@ -138,14 +138,18 @@ def _respond(scene: Scene, work: Work, n: int, wrenches: np.ndarray, du: np.ndar
 @kernel
 def _put_row(given: Directions, n: int, share: float, along: np.ndarray, out: np.ndarray) -> None:
     """Write a share of a row over the motions of the ends of a load, and its states, over all unknowns."""
-    scene, work, row = given.scene, given.work, given.row
+    scene, work, row, bodies = given.scene, given.work, given.row, bodies_of(given.scene, given.work)
     load, ends, on, free = loads_of(scene)[n], ends_of(scene), Wrenches(along), len(row) - len(work.driving)
     count = load.end_count
     row[:] = 0.0
     for i in range(count):
         end, force = ends[load.first_end + i], on[i].force
-        if end.row == COORDINATE:
+        if end.row == COORDINATE and end.flexible < 0:
             row[end.speed] += force.x
+        elif end.row == COORDINATE:
+            body = bodies[end.flexible]
+            modes = row[body.first_deta : body.first_deta + body.k]
+            add_along_mode(body, end.speed - body.first_deta, force.x, modes)
         elif end.row >= 0:
             moment = on[i].moment + cross(work.frames[end.row].R @ end.point, force)
             walk_inward(scene, work, end.row, (force, moment), row, given.reach)

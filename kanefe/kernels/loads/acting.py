@@ -43,8 +43,9 @@ class BetweenLoads(Rows[BetweenLoad]):
 class LoadEnd(Marker):
     """An end of a load."""
 
-    coordinate: int  # of a joint coordinate; -1 - drive: it is driven
+    coordinate: int  # of a coordinate of a joint or a mode; -1 - drive: it is driven
     speed: int
+    flexible: int  # the body whose mode it is; -1: it is none
 
 
 class LoadEnds(Rows[LoadEnd]):

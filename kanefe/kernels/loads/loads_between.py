@@ -9,13 +9,14 @@ import numpy as np
 from kanefe.kernels.compiler._numba import inlined, vector_kernel
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.force_elements.places import Done, Ends, Wrenches, done_size, rates_of
-from kanefe.kernels.loads.acting import COORDINATE, BetweenLoad, acting_in, ends_of, loads_of
+from kanefe.kernels.loads.acting import COORDINATE, BetweenLoad, LoadEnd, acting_in, ends_of, loads_of
 from kanefe.kernels.loads.joint_forces import along
 from kanefe.kernels.loads.markers import put_motion
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.loads.points import clear_points, gather_points, push_points, put_points, take_shares
 from kanefe.kernels.loads.reach import ReachSizes, Team, find_near, teams_of
-from kanefe.kernels.scene import Scene, State, Work
+from kanefe.kernels.scene import Scene, State, Work, bodies_of
+from kanefe.kernels.sweeps.elastic import add_along_mode
 from kanefe.kernels.tables import LoadsBetween
 from kanefe.kernels.values.tensors import Vector, cross
 
@@ -130,7 +131,7 @@ def apply_load(scene: Scene, work: Work, n: int, first_gathered: int, dz: np.nda
     for i in range(load.end_count):
         end, on = ends[load.first_end + i], wrenches[i]
         if end.row == COORDINATE:
-            work.applied[end.speed] += on.force.x
+            push_along(scene, work, end, on.force.x)
         elif end.row >= 0:  # not N, which does not move, nor a point
             lever = work.frames[end.row].R @ end.point
             push(scene, work, end.row, on.force, on.moment + cross(lever, on.force))
@@ -139,6 +140,16 @@ def apply_load(scene: Scene, work: Work, n: int, first_gathered: int, dz: np.nda
     changes = rates_of(done, load.end_count)
     for i in range(load.state_count):
         dz[load.first_state + i] = changes[i]
+
+
+@inlined
+def push_along(scene: Scene, work: Work, end: LoadEnd, force: Any) -> None:
+    """Apply a force along a coordinate of a joint or a mode."""
+    if end.flexible < 0:
+        work.applied[end.speed] += force
+    else:
+        body = bodies_of(scene, work)[end.flexible]
+        add_along_mode(body, end.speed - body.first_deta, force, body.p)
 
 
 @inlined

@@ -115,6 +115,16 @@ def modal_state(body: ModalBody, q: np.ndarray, u: np.ndarray) -> None:
 
 
 @kernel
+def add_along_mode(body: ModalBody, i: int, force: Any, p: np.ndarray) -> None:
+    """Add a force along a coordinate of a body, or a row that it has there, to those of modes of unit mass."""
+    if body.transform < 0:
+        p[i] += force
+    else:
+        for j in range(body.k):
+            p[j] += body.from_modes[j, i] * force
+
+
+@kernel
 def set_flexible(body: ModalBody, frame: Frame) -> None:
     """Write inertia and force of a flexible body with du = 0, in N, and coupling and forces of its modes (Eq. 38)."""
     G, k, eta, deta, products = frame.R, body.k, body.eta, body.deta, body.products

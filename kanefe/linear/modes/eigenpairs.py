@@ -34,13 +34,15 @@ def eigenpairs(A: np.ndarray, weights: Vector) -> tuple[np.ndarray, np.ndarray]:
     return values, vectors / weights[:, None]
 
 
-def rate_weights(A: np.ndarray, positions: int, least: float = 1e-8) -> Vector:
+def rate_weights(A: np.ndarray, positions: int, least: float = 1e-8, arms: int = 0) -> Vector:
     """Return weights of the states of A that make positions and speeds comparable: frequencies of single coordinates.
 
-    The states are `positions` positions, then speeds; the scaled matrix is ``weights[:, None] * A / weights``.
-    Frequencies below `least` times the largest are replaced by the median; the default is the root of round-off.
+    The states are `positions` positions, then speeds, then those of `arms`, which count as speeds; the scaled matrix
+    is ``weights[:, None] * A / weights``. Frequencies below `least` times the largest are replaced by the median; the
+    default is the root of round-off.
     """
-    rates = np.sqrt(np.abs(np.diag(A[positions:, :positions]))) if len(A) == 2 * positions else np.ones(positions)
+    is_holonomic = len(A) - arms == 2 * positions
+    rates = np.sqrt(np.abs(np.diag(A[positions:, :positions]))) if is_holonomic else np.ones(positions)
     counts = rates > least * rates.max(initial=0.0)
     middle = float(np.median(rates[counts])) if counts.any() else 1.0
     return np.concatenate((np.where(counts, rates, middle), np.ones(len(A) - positions)))

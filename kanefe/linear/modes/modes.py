@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
+from kanefe.linear.losses import following
 from kanefe.linear.modes.bodies_alone import alone_in_words
 from kanefe.linear.modes.eigenpairs import eigenpairs, rate_weights
 from kanefe.linear.modes.eigenvalues import OfEigenvalues
@@ -60,6 +61,15 @@ class Modes(OfEigenvalues, Shapes):
     def natural_frequencies(self) -> Vector:
         """``|lambda| / 2 pi``, Hz: undamped frequencies if damping is proportional; damped ones: `frequencies`."""
         return np.asarray(np.abs(self.eigenvalues) / (2.0 * np.pi))
+
+    @property
+    def loss_factors(self) -> Vector:
+        """``Im / Re`` of ``-lambda^2``: of a structure with the same loss factor everywhere this one in all modes.
+
+        For a mode with a small damping ratio it is twice that.
+        """
+        squares = -(self.eigenvalues**2)
+        return np.divide(squares.imag, squares.real, out=np.zeros(len(squares)), where=squares.real > 0.0)
 
     @property
     def state_names(self) -> tuple[str, ...]:
@@ -123,10 +133,16 @@ def modes_of(linearisation: StateSpace) -> Modes:
     which has more accurate low frequencies.
     """
     small, drives = linearisation.small, len(linearisation.small.drives)
-    A = linearisation._undriven
-    free = linearisation._unresisted
-    rest = _symmetric(linearisation, A, free) if small.is_holonomic else None
-    values, vectors = rest or _general(A, free, len(small.positions.leading) - drives)
+    A: np.ndarray = linearisation._undriven
+    moving = linearisation.moving_count - 2 * drives
+    free, arms = linearisation._unresisted, len(A) - moving
+    if arms:
+        free = replace(free, motions=np.vstack((free.motions, -following(A, moving) @ free.motions)))
+    H = linearisation.structural
+    if H is not None:
+        A = A + 1j * H
+    rest = _symmetric(linearisation, A, free) if small.is_holonomic and not arms and H is None else None
+    values, vectors = rest or _general(A, free, len(small.positions.leading) - drives, arms)
     still = free.motions[:, : free.still]
     return _sorted(
         linearisation,
@@ -184,13 +200,13 @@ def _squares(K: Matrix, M: Matrix) -> tuple[Vector, Matrix]:
     return 1.0 / periods**2, scipy.linalg.solve_triangular(L_K, left, lower=True, trans="T")
 
 
-def _general(A: Matrix, free: Unresisted, p: int) -> tuple[np.ndarray, np.ndarray]:
+def _general(A: np.ndarray, free: Unresisted, p: int, arms: int) -> tuple[np.ndarray, np.ndarray]:
     """Return eigenvalues and vectors of the resisted motions, one of each conjugate pair."""
     led = free.leading
     others = np.setdiff1d(np.arange(len(A)), led)
     Z = free.motions[others]
     rest = A[np.ix_(others, others)] - Z @ A[np.ix_(led, others)]
-    values, shapes = eigenpairs(rest, rate_weights(A, p, SLOWEST)[others])
+    values, shapes = eigenpairs(rest, rate_weights(A, p, SLOWEST, arms)[others])
     noise = ROUND_OFF * np.abs(values).max(initial=0.0)
     is_real = np.abs(values.imag) <= noise
     values = np.where(is_real, values.real, values)

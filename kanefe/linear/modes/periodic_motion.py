@@ -69,7 +69,7 @@ def motion_around(model: Model, t: float, q: Vector, u: Vector, period: float) -
         points, x = _states(model, t, q, u, period, count, x)
         matrices = np.array([small.state_matrix() for small in points])
         harmonics = np.fft.fft(matrices, axis=0) / count
-        weights = rate_weights(matrices.mean(axis=0), len(points[0].positions.leading))
+        weights = rate_weights(matrices.mean(axis=0), len(points[0].positions.leading), arms=len(points[0].arms))
         sizes = np.abs(harmonics * weights[:, None] / weights).max(axis=(1, 2))
         if sizes[count // 4 : count - count // 4 + 1].max() <= FLAT * sizes.max():
             return Around(points, matrices, harmonics)
@@ -96,6 +96,11 @@ def _states(
         )
     if _are_steady(points):
         return points, x
+    if len(points[0].arms):
+        raise ModelError(
+            f"floquet: the motion is not steady, {_worst(points)}; periodic motions that deform viscoelastic bodies "
+            "are not found here. Remedy: start=, a steady motion; or a run"
+        )
     if model.constraints or rotations(model):
         raise ModelError(
             f"floquet: the motion is not steady, {_worst(points)}; periodic motions about loops or joints with free "
@@ -142,7 +147,7 @@ def _newton(
 def _check_repeats(model: Model, t: float, q: Vector, u: Vector, period: float, first: SmallMotions) -> None:
     q_end, u_end = moved_on(model, t, q, u, period)
     last = SmallMotions(model, t + period, q_end, u_end)
-    weights = rate_weights(first.state_matrix(), len(first.positions.leading))
+    weights = rate_weights(first.state_matrix(), len(first.positions.leading), arms=len(first.arms))
     direction = np.random.default_rng(0).standard_normal(len(weights)) / weights
     a, b = (weights * small.rates_along(direction) for small in (first, last))
     if np.abs(b - a).max() > STEADY * np.abs(a).max():

@@ -20,6 +20,7 @@ import scipy.linalg
 
 from kanefe.frames import Matrix, Vector
 from kanefe.linear.imbalance import force_sizes
+from kanefe.linear.losses import condensed
 from kanefe.linear.modes.eigenpairs import rate_weights
 from kanefe.linear.modes.hill import hill_matrix
 from kanefe.linear.overflow import refuse_overflow
@@ -103,6 +104,8 @@ def unresisted_around(points: Sequence[SmallMotions], matrices: np.ndarray, rate
     reach : int
         Number of harmonics on either side that they may have.
     """
+    moving = len(points[0].positions.leading) + len(points[0].speeds.leading)
+    matrices = np.array([condensed(A, moving) for A in matrices])
     sums = [_sums(small, A) for small, A in zip(points, matrices, strict=True)]
     turns = rate * np.arange(-reach, reach + 1).repeat(matrices.shape[1])
     Ts, Xs = np.array([each.T for each in sums]), np.array([each.X for each in sums])

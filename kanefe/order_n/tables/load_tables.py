@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kanefe.bodies.marker import CoordinateMarker
+from kanefe.bodies.marker import CoordinateMarker, ModalMarker
 from kanefe.kernels.compiler.addresses import addresses
 from kanefe.kernels.force_elements.given import given
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, done_size
@@ -178,13 +178,15 @@ def _ends_of(builder: FrameOffsets, number: int) -> list[dict[str, Any]]:
     """Return the ends of a load; the last ones may be points of a flexible body."""
     found = []
     for end, marker in enumerate(builder.model.loads[number].ends):
-        row, place, axes, coordinate, speed = A_POINT, marker.point, marker.axes, 0, 0
+        row, place, axes, coordinate, speed, flexible = A_POINT, marker.point, marker.axes, 0, 0, -1
         if isinstance(marker, CoordinateMarker):
-            row, (coordinate, speed) = COORDINATE, builder.model.coordinate_places(marker.body)[marker.coordinate]
+            row, (coordinate, speed) = COORDINATE, builder.model.place_of(marker)
+            flexible = builder.flexible_numbers[marker.body] if isinstance(marker, ModalMarker) else -1
         elif end == 0 or builder.point_bodies[number] < 0:
             at = builder.frame_offset(marker.body, marker.interface)
             row, place, axes = at.row, at.place + at.axes @ marker.point, at.axes @ marker.axes
-        found.append({"row": row, "point": place, "axes": axes, "coordinate": coordinate, "speed": speed})
+        of_coordinate = {"coordinate": coordinate, "speed": speed, "flexible": flexible}
+        found.append({"row": row, "point": place, "axes": axes} | of_coordinate)
     return found
 
 
