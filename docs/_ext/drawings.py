@@ -32,6 +32,7 @@ OWN = {
     "30_trolley_on_a_crane": "trolley_on_a_crane.png",
     "31_cable_car": "cable_car.png",
     "32_crank_from_cad": "crank_from_cad.png",
+    "36_constrained_layer": "constrained_layer.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

@@ -15,6 +15,7 @@ NEED_MESH = {
     "19_beam_on_stops",
     "28_blade_cut_in_twelve",
     "32_crank_from_cad",
+    "36_constrained_layer",
 }
 LONG = {
     "10_rotating_blade",
@@ -30,6 +31,7 @@ LONG = {
     "29_drop_of_a_compliant_gear",
     "31_cable_car",
     "32_crank_from_cad",
+    "36_constrained_layer",
 }
 """Of more than a second."""
 
