@@ -35,7 +35,7 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 32005,
+    "kernels": 32110,
     "integrate": 11262,
     "linear": 10700,
     "imports": 7424,
