@@ -39,10 +39,13 @@ class Following(NamedTuple):
     matrices : dict of str to csr_matrix, shape (N, N)
     directions : csr_matrix, shape (f, N)
         Unit directions of the rotations that follow, one a row, each of one node.
+    carried : csr_matrix, shape (N, N)
+        Motions of nodes with those rotations in place of their own: what has mass moves so.
     """
 
     matrices: dict[str, sp.csr_matrix]
     directions: sp.csr_matrix
+    carried: sp.csr_matrix
 
 
 def with_following_rotations(
@@ -71,16 +74,16 @@ def with_following_rotations(
     turning = [i for i, c in enumerate(components) if c in ROTATIONS]
     free = _without_stiffness(K, len(points), width, turning)
     if not free:
-        return Following(dict(matrices), sp.csr_matrix((0, K.shape[0])))
+        return Following(dict(matrices), sp.csr_matrix((0, K.shape[0])), sp.identity(K.shape[0], format="csr"))
     if not set(TRANSLATIONS) <= set(components):
         raise ModelError("nodes with and without rotations can be combined in space only, not in plane models")
     _check_held(K, len(points), width, labels)
     mean, directions, weights = _means(points, components, K, free, labels)
     gap = directions - mean
-    carried = sp.identity(K.shape[0], format="csr") - directions.T @ gap
+    carried = (sp.identity(K.shape[0], format="csr") - directions.T @ gap).tocsr()
     found = {name: (carried.T @ m @ carried).tocsr() for name, m in matrices.items() if name != "stiffness"}
     found["stiffness"] = (K + gap.T @ sp.diags(weights) @ gap).tocsr()
-    return Following(found, directions)
+    return Following(found, directions, carried)
 
 
 def _means(

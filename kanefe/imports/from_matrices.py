@@ -48,6 +48,7 @@ class BesideMatrices(Expected, total=False):
     load_patterns: Mapping[str, NodalPattern] | None
     geometric_stiffness: Mapping[str, Matrix] | None
     stress_stiffness: StressStiffness | None
+    mass_field: MassField | None
 
 
 class NodalFormWarning(UserWarning):
@@ -177,7 +178,7 @@ def model_from_matrices(
         components=names,
         stiffness=K,
         mass=M,
-        mass_field=None if generalised else _lagrange_field(M, points, names),
+        mass_field=more.pop("mass_field", None) or (None if generalised else _lagrange_field(M, points, names)),
         damping=C,
         cells=tuple(cells),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
@@ -196,13 +197,13 @@ def model_from_matrices(
 
 def _with_inertia(model: FiniteElementModel, source: str) -> FiniteElementModel:
     """Return a model with the inertia of a superelement; warn where that of the moving body is approximate."""
-    if model.generalised:
+    if model.generalised and model.mass_field is None:
         model = replace(model, mass_field=completed_mass_field(model))
         warnings.warn(
             f"{source} is a superelement with {model.generalised} generalised coordinates: its mass, frequencies and "
             "momenta are exact, their change with deformation in a rotation is estimated from M, which is accurate if "
             "the rotation is slow compared with its lowest frequency. Remedy for fast rotation: export the full "
-            "matrices",
+            "matrices, or (MYSTRAN) PHIXG and MGG too",
             NodalFormWarning,
             stacklevel=outside(),
         )

@@ -12,15 +12,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import COMPONENTS, ROTATIONS, FiniteElementModel
+from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel, MassField
 from kanefe.frames import numbers
 from kanefe.imports.following import with_following_rotations
-from kanefe.imports.from_matrices import model_from_matrices
+from kanefe.imports.from_matrices import BesideMatrices, model_from_matrices
+from kanefe.imports.nodal_clouds import LabelledField
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units, in_si, scales
@@ -105,6 +107,7 @@ def model_of_labelled(
     units: Units,
     expected: Expected,
     source: str,
+    field: LabelledField | None = None,
 ) -> FiniteElementModel:
     """Return the checked model of labelled matrices.
 
@@ -122,6 +125,8 @@ def model_of_labelled(
         In SI units.
     source : str
         For provenance and messages.
+    field : LabelledField, optional
+        Mass points of a superelement, for exact inertia.
 
     Raises
     ------
@@ -143,9 +148,13 @@ def model_of_labelled(
             f"the matrices of {source} have generalised coordinates only. Remedy: export those of nodes too"
         )
     points = nodes.points[nodes.places(labels, f"the matrices of {source}")] * scales(units)[0]
-    placed, components = _in_axes_of_G(matrices, nodes, labels, np.unique(freedoms[:, 1]), modal)
-    placed = {what: in_si(m, components, units, len(modal)) for what, m in placed.items()}
-    placed, following = with_following_rotations(points, components, placed, labels)
+    place = _placement(matrices, nodes, labels, np.unique(freedoms[:, 1]), modal)
+    components = tuple(COMPONENTS[n - 1] for n in place.numbers[place.kept])
+    placed = {what: in_si(place.of_matrix(m), components, units, len(modal)) for what, m in matrices.items()}
+    placed, following, carried = with_following_rotations(points, components, placed, labels)
+    beside: BesideMatrices = {**expected}
+    if field is not None:
+        beside["mass_field"] = _mass_field(field, place, components, units, carried)
     model = model_from_matrices(
         placed["mass"],
         placed["stiffness"],
@@ -155,7 +164,7 @@ def model_of_labelled(
         groups=_groups(nodes, groups, labels),
         generalised=len(modal),
         source=source,
-        **expected,
+        **beside,
     )
     count = following.shape[0]
     return replace(
@@ -165,20 +174,69 @@ def model_of_labelled(
     )
 
 
-def _in_axes_of_G(
+class _Placement(NamedTuple):
+    """Where labelled rows are among those of a model: of all nodes, then of generalised coordinates.
+
+    Attributes
+    ----------
+    labels, numbers, modal : ndarray of int
+        Nodes, their numbers, and codes of generalised coordinates.
+    turn : csr_matrix or None
+        From components in the axes of the nodes to those of G.
+    kept : ndarray of int
+        Which of the numbers the model has.
+    """
+
+    labels: np.ndarray
+    numbers: np.ndarray
+    modal: np.ndarray
+    turn: sp.csr_matrix | None
+    kept: np.ndarray
+
+    def of_rows(self, freedoms: np.ndarray) -> sp.csr_matrix:
+        """Return the matrix that takes forces on labelled rows to those on the rows of the model."""
+        spread = _spread(freedoms, self.labels, self.numbers, self.modal)
+        turned = spread if self.turn is None else self.turn @ spread
+        nodal = len(self.labels) * len(self.numbers)
+        rows = (np.arange(len(self.labels))[:, None] * len(self.numbers) + self.kept).ravel()
+        return turned.tocsr()[np.append(rows, np.arange(nodal, turned.shape[0]))]
+
+    def of_matrix(self, labelled: LabelledMatrix) -> sp.csr_matrix:
+        """Return a labelled matrix over the rows of the model."""
+        to_model = self.of_rows(labelled.freedoms)
+        return (to_model @ labelled.matrix @ to_model.T).tocsr()
+
+
+def _placement(
     matrices: Mapping[str, LabelledMatrix], nodes: NodeTable, labels: np.ndarray, numbers: np.ndarray, modal: np.ndarray
-) -> tuple[dict[str, sp.csr_matrix], tuple[str, ...]]:
-    """Return the matrices over all nodes in the axes of G, and the components of each node."""
+) -> _Placement:
+    """Return where the rows of matrices are, without rotations that have neither stiffness nor mass at any node."""
     if nodes.axes is not None and np.any(numbers > 3):
         numbers = np.union1d(numbers, (4, 5, 6))
     if nodes.axes is not None or len(modal):
         numbers = np.union1d(numbers, (1, 2, 3))
-    placed = {what: _placed(m, labels, numbers, modal) for what, m in matrices.items()}
+    turn = None
     if nodes.axes is not None:
         turn = _turned(nodes.axes[nodes.places(labels, "")], numbers, len(modal))
-        placed = {what: (turn @ m @ turn.T).tocsr() for what, m in placed.items()}
-    placed, numbers = _without_empty_rotations(placed, numbers, len(modal))
-    return placed, tuple(COMPONENTS[n - 1] for n in numbers)
+    every = _Placement(labels, numbers, modal, turn, np.arange(len(numbers)))
+    nodal = len(labels) * len(numbers)
+    used = np.zeros(len(numbers), dtype=bool)
+    for what in ("mass", "stiffness"):
+        sizes = np.asarray(abs(every.of_matrix(matrices[what])).sum(axis=1)).ravel()
+        used |= (sizes[:nodal].reshape(-1, len(numbers)) > 0.0).any(axis=0)
+    used |= numbers <= len(TRANSLATIONS)
+    return every._replace(kept=np.flatnonzero(used))
+
+
+def _mass_field(
+    field: LabelledField, place: _Placement, components: tuple[str, ...], units: Units, carried: sp.csr_matrix
+) -> MassField:
+    """Return a mass field over the coordinates of the model, in SI."""
+    length, mass = scales(units)
+    of_node = [1.0 if c in TRANSLATIONS else length for c in components]
+    scale = np.append(np.tile(of_node, len(place.labels)), np.ones(len(place.modal)))
+    interpolation = field.interpolation @ place.of_rows(field.freedoms).T @ sp.diags(scale) @ carried
+    return MassField(field.points * length, (field.mass * mass).tocsr(), interpolation.tocsr())
 
 
 def _groups(
@@ -282,16 +340,14 @@ def _check_freedoms(what: str, labelled: LabelledMatrix) -> None:
         )
 
 
-def _placed(labelled: LabelledMatrix, labels: np.ndarray, numbers: np.ndarray, modal: np.ndarray) -> sp.csr_matrix:
-    """Return the matrix with a row for every number at every node, then one for every generalised coordinate."""
+def _spread(freedoms: np.ndarray, labels: np.ndarray, numbers: np.ndarray, modal: np.ndarray) -> sp.csr_matrix:
+    """Return the places of labelled rows: of every number at every node, then of every generalised coordinate."""
     nodal = len(labels) * len(numbers)
-    rows = np.searchsorted(labels, labelled.freedoms[:, 0]) * len(numbers)
-    rows += np.searchsorted(numbers, labelled.freedoms[:, 1])
-    is_modal = is_generalised(labelled.freedoms[:, 1])
-    rows[is_modal] = nodal + np.searchsorted(modal, _codes(labelled.freedoms[is_modal]))
-    size = nodal + len(modal)
-    spread = sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), (size, len(rows)))
-    return (spread @ labelled.matrix @ spread.T).tocsr()
+    rows = np.searchsorted(labels, freedoms[:, 0]) * len(numbers)
+    rows += np.searchsorted(numbers, freedoms[:, 1])
+    is_modal = is_generalised(freedoms[:, 1])
+    rows[is_modal] = nodal + np.searchsorted(modal, _codes(freedoms[is_modal]))
+    return sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), (nodal + len(modal), len(rows)))
 
 
 def _turned(axes: np.ndarray, numbers: np.ndarray, generalised: int) -> sp.csr_matrix:
@@ -299,22 +355,3 @@ def _turned(axes: np.ndarray, numbers: np.ndarray, generalised: int) -> sp.csr_m
     blocks = 2 if numbers[-1] > 3 else 1
     of_nodes = [sp.csr_matrix(A) for A in axes for _ in range(blocks)]
     return sp.block_diag([*of_nodes, sp.identity(generalised)], format="csr")
-
-
-def _without_empty_rotations(
-    placed: dict[str, sp.csr_matrix], numbers: np.ndarray, generalised: int
-) -> tuple[dict[str, sp.csr_matrix], np.ndarray]:
-    """Return the matrices without rotations that have neither stiffness nor mass at any node."""
-    width, size = len(numbers), placed["mass"].shape[0]
-    nodal = size - generalised
-    kept = [
-        i
-        for i in range(width)
-        if any(abs(placed[what][i:nodal:width]).sum() > 0 for what in ("mass", "stiffness"))
-        or COMPONENTS[numbers[i] - 1] not in ROTATIONS
-    ]
-    if len(kept) == width:
-        return placed, numbers
-    rows = (np.arange(nodal // width)[:, None] * width + np.array(kept)).ravel()
-    rows = np.append(rows, np.arange(nodal, size))
-    return {what: m[rows][:, rows] for what, m in placed.items()}, numbers[kept]

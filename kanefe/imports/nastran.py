@@ -33,8 +33,9 @@ from kanefe.imports.node_table import NodeTable
 from kanefe.imports.output4 import is_output4, output4_matrices
 from kanefe.imports.rigid_elements import check_rigid_elements
 from kanefe.imports.self_check import Expected
+from kanefe.imports.shaped_mass import shaped_field
 from kanefe.imports.units import Units
-from kanefe.imports.unlabelled_rows import Boundary, GivenRows, rows_of
+from kanefe.imports.unlabelled_rows import REDUCED, Boundary, GivenRows, rows_of
 from kanefe.storage.files import regular_file
 
 NAMES = {
@@ -43,6 +44,9 @@ NAMES = {
     "damping": ("BGG", "BAA", "BAAX", "B2GG"),
 }
 """Names under which Nastran writes the matrices, in order of precedence."""
+
+SHAPES, FULL_MASS = "PHIXG", "MGG"
+"""Names of the motions of all grid points in the coordinates of a Craig-Bampton model, and of their mass matrix."""
 
 LEAST = 1e-20
 """Entry of a matrix relative to its largest below which it is zero."""
@@ -70,7 +74,8 @@ def read_nastran(
         Bulk data file with the GRID, GRDSET and CORD1/2R/C/S cards; grid points may have local displacement coordinate
         systems. A file that it includes may be in its folder or in that of the file that includes it.
     matrices : path or several
-        Files of OUTPUT4 or OUTPUT2, by any name (MYSTRAN writes .OU1); text that is none is read for DMIG cards.
+        Files of OUTPUT4 or OUTPUT2, by any name (MYSTRAN writes .OU1); text that is none is read for DMIG cards. A
+        Craig-Bampton model KXX, MXX with PHIXG and MGG of its run has the exact inertia of the full model.
     names : dict, optional
         Names of the matrices for "stiffness", "mass" and "damping" in the files, such as {"stiffness": "KGG1"}.
         Default: the usual ones.
@@ -121,7 +126,7 @@ def read_nastran(
 
     >>> arm = kf.read_nastran("arm.pch", "arm.op4", groups={"root": 3, "tip": 27})  # doctest: +SKIP
 
-    A Craig-Bampton model of MYSTRAN (SOL 31, ``OUTPUT4 KXX,MXX,,,//-1/21``), its boundary by SUPORT cards:
+    A Craig-Bampton model of MYSTRAN (SOL 31, ``OUTPUT4 KXX,MXX,PHIXG,MGG,//-1/21``), its boundary by SUPORT cards:
 
     >>> arm = kf.read_nastran("arm.bdf", "arm.OU1", groups={"root": 3, "tip": 27})  # doctest: +SKIP
     >>> body = kf.flexible_body(arm, {"root": "clamped", "tip": "node"})  # doctest: +SKIP
@@ -132,7 +137,7 @@ def read_nastran(
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
     found: dict[str, LabelledMatrix | sp.csr_matrix] = {}
     for path in files:
-        unlabelled = _unlabelled(path, _wanted(names or {}))
+        unlabelled = _unlabelled(path, {SHAPES, FULL_MASS} | _wanted(names or {}))
         if unlabelled is not None:
             found |= unlabelled
         else:
@@ -144,6 +149,9 @@ def read_nastran(
     if not isinstance(stiffness, LabelledMatrix):
         rows = rows_of(_square(stiffness, name, source), name, GivenRows(freedoms, boundary), cards, order, table)
     labelled = {what: _placed(found[name], name, source, rows) for what, name in chosen.items()}
+    field = None
+    if rows is not None and chosen["mass"] in REDUCED and {SHAPES, FULL_MASS} <= set(found):
+        field = shaped_field(found[SHAPES], found[FULL_MASS], found[chosen["mass"]], rows, order, table)
     stiff, heavy = (set(labelled[what].freedoms[:, 0].tolist()) for what in ("stiffness", "mass"))
     check_rigid_elements(cards, stiff, heavy, groups or {}, name)
     return model_of_labelled(
@@ -153,6 +161,7 @@ def read_nastran(
         units=units,
         expected=expected,
         source=f"Nastran {source}",
+        field=field,
     )
 
 
@@ -195,13 +204,14 @@ def _wanted(names: Mapping[str, str]) -> set[str]:
 
 
 def _chosen(found: Mapping[str, Any], names: Mapping[str, str], source: str) -> dict[str, str]:
-    """Return the names of the stiffness, mass and damping matrices in the files."""
+    """Return the names of the stiffness, mass and damping matrices in the files; with shapes those of their model."""
     unknown = set(names) - set(NAMES)
     if unknown:
         raise ModelError(f"names are given for {', '.join(NAMES)}, not for {', '.join(sorted(unknown))}")
     chosen = {}
     for what, usual in NAMES.items():
-        candidates = (names[what].upper(),) if what in names else usual
+        reduced = tuple(name for name in usual if name in REDUCED) if SHAPES in found else ()
+        candidates = (names[what].upper(),) if what in names else (*reduced, *usual)
         name = next((n for n in candidates if n in found), None)
         if name is not None:
             chosen[what] = name
