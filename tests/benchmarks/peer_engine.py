@@ -51,6 +51,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
         sampled_arm,
         start_up,
         stepping,
+        viscoelastic_body,
     )
     from benchmarks.new_process import BrokenProcess
     from benchmarks.peer_process import NoPeers, Peers, peer_python
@@ -87,6 +88,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
         | rigid_contacts.GROUPS
         | start_up.GROUPS
         | stepping.GROUPS
+        | viscoelastic_body.GROUPS
     )
     for group, goals in alone.items():
         if options.only in group.__name__:

@@ -7,6 +7,7 @@ import sys
 import threading
 import zipfile
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import pytest
 
 import kanefe as kf
 from fmu_units import ERROR, Unit, simulated
+from kanefe.bodies.relaxation import Relaxation
 from kanefe.equations.routes import directions_of_loads
 from kanefe_fem.beams.body import beam_body
 from loop_scenes import four_bar
@@ -76,6 +78,25 @@ def test_a_unit_solves_for_directions_of_loads_as_the_simulation_does(tmp_path: 
     scene.add_spring("stay", scene.ground.frame(at=(0.0, 0.0, 1.0)), scene.body("tip"), stiffness=1e4, damping=3.0)
     assert directions_of_loads(scene.freeze()) == 6
     options: dict[str, Any] = {"inputs": "motor hub", "outputs": OUTPUTS[:EXACT], "method": "generalised-alpha"}
+    sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "arm.fmu", **options))
+    found, wanted = unit.run(TORQUES, DT, sim.output_names), []
+    for torque in TORQUES:
+        sim.step(DT, torque)
+        wanted.append(list(sim.outputs.values()))
+    np.testing.assert_array_equal(found, np.array(wanted))
+    unit.free()
+
+
+@pytest.mark.parametrize("method", ["radau5", "generalised-alpha"])
+def test_arms_of_a_viscoelastic_body_are_in_units(tmp_path: Path, method: str) -> None:
+    body = arm_body()
+    k = body.free_count
+    relaxation = Relaxation(np.sqrt(0.3) * np.diag(np.sqrt(np.diag(body.stiffness)[:k])), np.full(k, 0.05))
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    hub = scene.add_rigid_body("hub", 2.0, 0.05, joint=kf.Revolute("z"))
+    scene.add_flexible_body("arm", replace(body, relaxation=relaxation), parent=hub)
+    outputs = ("joint_coordinates hub", "modal_coordinates arm 0", "modal_speeds arm 1")
+    options: dict[str, Any] = {"inputs": "motor hub", "outputs": outputs, "method": method}
     sim, unit = scene.start(**options), Unit(scene.to_fmu(tmp_path / "arm.fmu", **options))
     found, wanted = unit.run(TORQUES, DT, sim.output_names), []
     for torque in TORQUES:

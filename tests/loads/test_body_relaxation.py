@@ -64,6 +64,23 @@ class TestRoutes:
             assert run.energy.dissipated[-1] == pytest.approx(exact.energy.dissipated[-1], rel=100 * error)
 
 
+class TestFiles:
+    def test_a_saved_body_has_its_arms(self, tmp_path):
+        body = beam()
+        body.save(tmp_path / "beam.npz")
+        found = kf.FlexibleBody.load(tmp_path / "beam.npz").relaxation
+        np.testing.assert_array_equal(found.factors, body.relaxation.factors)
+        np.testing.assert_array_equal(found.times, body.relaxation.times)
+
+    def test_a_run_goes_on_from_its_checkpoint_with_the_states_of_arms(self, tmp_path):
+        scene, kept = on_wall(beam(modes=1)), tmp_path / "run.h5"
+        whole = scene.simulate((0.0, 0.1), method="radau5")
+        stopped = scene.simulate((0.0, 0.1), method="radau5", checkpoint=kept, most_steps=5)
+        assert stopped.status.kind == "stopped"
+        rest = scene.simulate((0.0, 0.1), method="radau5", resume=kept)
+        np.testing.assert_array_equal(rest.load("relaxation of arm")[-1], whole.load("relaxation of arm")[-1])
+
+
 def on_wall(body: kf.FlexibleBody, gravity: float = 9.81) -> kf.System:
     scene = kf.System(gravity=(0, 0, -gravity))
     arm = scene.add_flexible_body("arm", body)
