@@ -7,6 +7,7 @@ KGG and MGG (by DMAP or ``PARAM,OGEOM`` and OUTPUT4) has all six components of e
 A Craig-Bampton superelement (boundary grid points in ASET or BSET, modes in QSET and SPOINT) is read from ``EXTSEOUT``
 with DMIGPCH, or with DMIGOP2 and MATOP4: the op4 file with KXX and MXX, and the punch file with the cards GRID,
 SPOINT and EXTRN, which identify the rows; or, as of MYSTRAN (SOL 31), with rows of a boundary and modes behind them.
+OptiStruct's job.full.mat has the names of its rows with it.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from kanefe.imports.grid_points import grid_points
 from kanefe.imports.included import DeckWarning
 from kanefe.imports.labelled import LabelledMatrix, model_of_labelled, with_generalised
 from kanefe.imports.node_table import NodeTable
+from kanefe.imports.optistruct import is_optistruct, optistruct_matrices
 from kanefe.imports.output4 import is_output4, output4_matrices
 from kanefe.imports.rigid_elements import check_rigid_elements
 from kanefe.imports.self_check import Expected
@@ -39,8 +41,8 @@ from kanefe.imports.unlabelled_rows import REDUCED, Boundary, GivenRows, rows_of
 from kanefe.storage.files import regular_file
 
 NAMES = {
-    "stiffness": ("KGG", "KAA", "KAAX", "K2GG", "KXX", "K"),
-    "mass": ("MGG", "MAA", "MAAX", "M2GG", "MXX", "M"),
+    "stiffness": ("KGG", "KAA", "KAAX", "K2GG", "KXX", "K", "STIFFNESS"),
+    "mass": ("MGG", "MAA", "MAAX", "M2GG", "MXX", "M", "MASS"),
     "damping": ("BGG", "BAA", "BAAX", "B2GG"),
 }
 """Names under which Nastran writes the matrices, in order of precedence."""
@@ -74,8 +76,9 @@ def read_nastran(
         Bulk data file with the GRID, GRDSET and CORD1/2R/C/S cards; grid points may have local displacement coordinate
         systems. A file that it includes may be in its folder or in that of the file that includes it.
     matrices : path or several
-        Files of OUTPUT4 or OUTPUT2, by any name (MYSTRAN writes .OU1); text that is none is read for DMIG cards. A
-        Craig-Bampton model KXX, MXX with PHIXG and MGG of its run has the exact inertia of the full model.
+        Files of OUTPUT4 or OUTPUT2, by any name (MYSTRAN writes .OU1); text that is none is read for DMIG cards, or
+        is OptiStruct's job.full.mat. A Craig-Bampton model KXX, MXX with PHIXG and MGG of its run has the exact inertia
+        of the full model.
     names : dict, optional
         Names of the matrices for "stiffness", "mass" and "damping" in the files, such as {"stiffness": "KGG1"}.
         Default: the usual ones.
@@ -137,6 +140,9 @@ def read_nastran(
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
     found: dict[str, LabelledMatrix | sp.csr_matrix] = {}
     for path in files:
+        if is_optistruct(_head(path)):
+            found |= optistruct_matrices(path)
+            continue
         unlabelled = _unlabelled(path, {SHAPES, FULL_MASS} | _wanted(names or {}))
         if unlabelled is not None:
             found |= unlabelled
@@ -177,8 +183,7 @@ def _nodes(cards: Sequence[Card], path: Path) -> tuple[np.ndarray, NodeTable]:
 
 def _unlabelled(path: Path, wanted: set[str]) -> dict[str, sp.csr_matrix] | None:
     """Return the matrices of an op4 or op2 file, known by what is in it; None of a file of cards."""
-    with regular_file(path, "for the matrices").open("rb") as stream:
-        head = stream.read(200)
+    head = _head(path)
     suffix = path.suffix.lower()
     if is_output4(head) or suffix == ".op4":
         return output4_matrices(path, wanted)
@@ -189,6 +194,12 @@ def _unlabelled(path: Path, wanted: set[str]) -> dict[str, sp.csr_matrix] | None
             f"{path} is binary, and neither an op4 nor an op2 file. Remedy: the file of OUTPUT4 (MYSTRAN calls it .OU1)"
         )
     return None
+
+
+def _head(path: Path) -> bytes:
+    """Return the first bytes of a file."""
+    with regular_file(path, "for the matrices").open("rb") as stream:
+        return stream.read(200)
 
 
 def _direct(path: Path, cards: Sequence[Card]) -> dict[str, LabelledMatrix]:

@@ -38,7 +38,7 @@ ROOMS = {
     "kernels": 32110,
     "integrate": 11262,
     "linear": 10700,
-    "imports": 7674,
+    "imports": 7808,
     "kane": 2078,
     "literal": 1270,
     "order_n": 4739,
