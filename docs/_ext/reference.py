@@ -40,6 +40,7 @@ ROOMS = {
     "errors": "Errors and warnings",
 }
 FEM_ROOMS = {
+    "shells": "Bodies from meshes of surfaces",
     "solids": "Bodies from meshes",
     "beams": "Beams",
     "materials": "Materials",

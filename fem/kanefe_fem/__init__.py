@@ -43,10 +43,13 @@ if TYPE_CHECKING:
     from kanefe_fem.mesh.simple import box_mesh as box_mesh
     from kanefe_fem.mesh.simple import cylinder_mesh as cylinder_mesh
     from kanefe_fem.mesh.simple import rectangle_mesh as rectangle_mesh
+    from kanefe_fem.mesh.surface_grid import surface_mesh as surface_mesh
     from kanefe_fem.mesh_files import read_mesh as read_mesh
     from kanefe_fem.recovery.gauges import rosette_principal as rosette_principal
     from kanefe_fem.recovery.recovery import recover as recover
     from kanefe_fem.segments.segmented import segmented as segmented
+    from kanefe_fem.shells.body import shell_body as shell_body
+    from kanefe_fem.shells.body import shell_model as shell_model
     from kanefe_fem.solids.body import solid_body as solid_body
     from kanefe_fem.solids.body import solid_model as solid_model
     from kanefe_fem.solids.preload import Preload as Preload

@@ -102,22 +102,29 @@ def _reference_points(fx: Any, element: Shape) -> np.ndarray:
     return np.asarray(made.points)
 
 
-def create_mesh(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, geometry: Shape) -> Any:
-    """Return dolfinx's mesh; `nodes` and `connectivity` may have more nodes per cell than the geometry."""
+def create_mesh(
+    fx: Any, nodes: np.ndarray, connectivity: np.ndarray, geometry: Shape, dimension: int | None = None
+) -> Any:
+    """Return dolfinx's mesh; `nodes` and `connectivity` may have more nodes per cell than the geometry.
+
+    `dimension` is that of space: 3 for a surface that is not plane. Default: that of the cells.
+    """
+    dimension = geometry.dimension if dimension is None else dimension
     cells = connectivity[:, : len(geometry.nodes)]
     used = np.zeros(len(nodes), dtype=bool)
     used[cells] = True
     cells = (np.cumsum(used) - 1)[cells][:, geometry.match(_reference_points(fx, geometry))]
-    x = np.ascontiguousarray(nodes[used][:, : geometry.dimension])
+    x = np.ascontiguousarray(nodes[used][:, :dimension])
     cell = _CELLS[geometry.corner_kind]
     if fx.old:
-        lagrange = fx.ufl.FiniteElement("Lagrange", cell, geometry.order, variant="equispaced")
-        domain = fx.ufl.Mesh(fx.ufl.VectorElement(lagrange))
+        shape_of_cell = fx.ufl.Cell(cell, geometric_dimension=dimension)
+        lagrange = fx.ufl.FiniteElement("Lagrange", shape_of_cell, geometry.order, variant="equispaced")
+        domain = fx.ufl.Mesh(fx.ufl.VectorElement(lagrange, dim=dimension))
         return fx.dolfinx.mesh.create_mesh(fx.comm, cells.astype(np.int64), x, domain)
     import basix.ufl
 
     variant = fx.basix.LagrangeVariant.equispaced
-    shape_of_x = (geometry.dimension,)
+    shape_of_x = (dimension,)
     coordinate = basix.ufl.element("Lagrange", cell, geometry.order, lagrange_variant=variant, shape=shape_of_x)
     return fx.dolfinx.mesh.create_mesh(fx.comm, cells=cells.astype(np.int64), x=x, e=fx.ufl.Mesh(coordinate))
 
@@ -133,6 +140,13 @@ def lagrange_space(fx: Any, mesh: Any, element: Shape, components: int) -> Any:
     return fx.fem.functionspace(mesh, ("Lagrange", element.order))
 
 
+def bubble_space(fx: Any, mesh: Any) -> Any:
+    """Return the space of cubic functions of three components that vanish on the sides of triangles."""
+    if fx.old:
+        return fx.fem.VectorFunctionSpace(mesh, ("Bubble", 3), dim=3)
+    return fx.fem.functionspace(mesh, ("Bubble", 3, (3,)))
+
+
 def cell_function(fx: Any, mesh: Any, values: np.ndarray) -> Any:
     """Return a function constant on each cell, from values of shape (cells,), or (cells, k) for a vector of k."""
     if values.ndim == 1:
@@ -143,6 +157,25 @@ def cell_function(fx: Any, mesh: Any, values: np.ndarray) -> Any:
         space = fx.fem.functionspace(mesh, ("DG", 0, (values.shape[1],)))
     function = fx.fem.Function(space)
     put_in_cells(function, values)
+    return function
+
+
+def cell_dofs(space: Any, cells: int) -> np.ndarray:
+    """Return the (blocked) degree of freedom of each cell, of functions constant on each cell."""
+    return _dofmap(space, cells)[:, 0]
+
+
+def discontinuous_function(fx: Any, mesh: Any, values: np.ndarray, element: Shape) -> Any:
+    """Return a function that is a polynomial in each cell, from its values at the cell's nodes, (cells, nodes[, k])."""
+    family = ("DG" if element.is_simplex else "DQ", element.order)
+    size = values.shape[2:]
+    if fx.old:
+        made = fx.fem.VectorFunctionSpace(mesh, family, dim=size[0]) if size else fx.fem.FunctionSpace(mesh, family)
+    else:
+        made = fx.fem.functionspace(mesh, (*family, size) if size else family)
+    function = fx.fem.Function(made)
+    ordered = values[:, element.match(_reference_points(fx, element))]
+    function.x.array.reshape(-1, *size)[_dofmap(made, len(values)).ravel()] = ordered.reshape(-1, *size)
     return function
 
 

@@ -51,9 +51,10 @@ def check_mesh(mesh: Mesh) -> Mesh:
     if mesh.dimension == 1:
         return mesh
     check_groups(mesh)
-    if mesh.dimension == 2:
-        check_plane(mesh)
-    mesh = oriented(mesh)
+    if mesh.dimension == 2 and not is_plane(mesh):
+        check_surface(mesh)
+    else:
+        mesh = oriented(mesh)
     if len(mesh.kinds) > 1:
         check_fit(mesh)
     check_connected(mesh)
@@ -146,16 +147,45 @@ def check_groups(mesh: Mesh) -> None:
     )
 
 
+def is_plane(mesh: Mesh) -> bool:
+    """Return whether a 2D body lies in a plane of constant z."""
+    z = mesh.nodes[mesh.body_nodes, 2]
+    return bool(np.ptp(z) <= 1e-9 * max(extent(mesh), np.abs(z).max()))
+
+
 def check_plane(mesh: Mesh) -> None:
     """Raise a MeshError if a 2D body does not lie in a plane of constant z."""
-    z = mesh.nodes[mesh.body_nodes, 2]
-    if np.ptp(z) > 1e-9 * max(extent(mesh), np.abs(z).max()):
+    if not is_plane(mesh):
+        z = mesh.nodes[mesh.body_nodes, 2]
         raise MeshError(
             f"{mesh.source}: the mesh has surfaces only, and they do not lie in a plane z = constant (z from "
-            f"{z.min():g} to {z.max():g} m). Shells are not supported. Remedy: for a solid, mesh the volume in 3D and "
-            "give it a physical volume; an imported geometry whose surfaces do not close has no volume: heal or sew it "
-            "(Geometry.OCCSewFaces = 1, gmsh.model.occ.healShapes); for a plane body, draw it in x and y"
+            f"{z.min():g} to {z.max():g} m). Remedy: for sheet metal and other thin parts use kanefe_fem.shell_body; "
+            "for a solid, mesh the volume in 3D and give it a physical volume; an imported geometry whose surfaces do "
+            "not close has no volume: heal or sew it (Geometry.OCCSewFaces = 1, gmsh.model.occ.healShapes); for a "
+            "plane body, draw it in x and y"
         )
+
+
+def check_surface(mesh: Mesh) -> None:
+    """Raise a MeshError for cells of a surface in space that have no area or fold over within themselves."""
+    start = 0
+    for name, blocks in mesh.cells.items():
+        for block in blocks:
+            element, x = shape(block.kind), mesh.nodes[block.nodes]
+            tangents = np.einsum("pna,mni->mpai", element.gradients(element.nodes), x)
+            normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+            mean = normals.mean(axis=1)
+            size = np.linalg.norm(np.ptp(x, axis=1), axis=1)
+            length = np.linalg.norm(mean, axis=1)
+            least = np.einsum("mpi,mi->mp", normals, mean / np.maximum(length, 1e-300)[:, None]).min(axis=1)
+            bad = np.flatnonzero(least <= DEGENERATE * size**2)
+            if len(bad):
+                what = "has no area" if length[bad[0]] <= DEGENERATE * size[bad[0]] ** 2 else "folds over in itself"
+                raise MeshError(
+                    f"{mesh.source}: cell {start + bad[0]} of group {name!r}, at {_point(x[bad[0]].mean(axis=0))} m, "
+                    f"{what} ({len(bad)} such cells in the group). Remedy: mesh again with better cells"
+                )
+            start += len(block.nodes)
 
 
 def check_fit(mesh: Mesh) -> None:

@@ -29,7 +29,14 @@ from kanefe_fem.materials.of_groups import (
     materials_by_group,
     warn_of_group_units,
 )
-from kanefe_fem.mesh.checks import MeshWarning, check_arrays, check_groups, check_mesh, extent
+from kanefe_fem.mesh.checks import (
+    MeshWarning,
+    check_arrays,
+    check_groups,
+    check_mesh,
+    check_plane,
+    extent,
+)
 from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
@@ -347,6 +354,8 @@ def _as_mesh(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | N
             "group; for a frame of beams use kanefe_fem.beam_model_from_mesh"
         )
     check_groups(mesh)
+    if mesh.dimension == 2:
+        check_plane(mesh)
     return mesh
 
 

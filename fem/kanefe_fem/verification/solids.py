@@ -17,7 +17,7 @@ from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
-from kanefe_fem.verification import damped_beams, plates, satellite, sliding_block, stiffened_solids
+from kanefe_fem.verification import damped_beams, plates, satellite, shells, sliding_block, stiffened_solids
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
@@ -120,6 +120,7 @@ CASES = (
     *damped_beams.SOLID_CASES,
     *plates.CASES,
     *satellite.CASES,
+    *shells.CASES,
     *sliding_block.CASES,
     *stiffened_solids.CASES,
 )

@@ -153,7 +153,7 @@ class TestMesh:
         mesh = replace(box("quad", (2, 2), (1, 1)), nodes=nodes)
         with pytest.raises(MeshError) as error:
             solid_model(mesh, STEEL, plane="stress", thickness=0.1)
-        shown(error, "plane z = constant", "Shells")
+        shown(error, "plane z = constant", "shell_body")
 
     def test_a_mesh_of_lines(self):
         mesh = Mesh(np.array(TETRA, float), 1, {}, lines={"boom": (Cells("line", np.array([[0, 1]])),)})

@@ -1,0 +1,1 @@
+"""Shells: from a mesh of a surface to a full-order model, or to a flexible body."""

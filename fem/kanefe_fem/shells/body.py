@@ -1,0 +1,356 @@
+"""Shell bodies: from a mesh of a surface, materials and thicknesses to a full-order model, or to a `FlexibleBody`."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from inspect import signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+
+import numpy as np
+
+from kanefe.arguments import checked
+from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
+from kanefe.fe_model.progress import report_size, stage, stages
+from kanefe.fe_model.shapes import shape
+from kanefe.frames import numbers
+from kanefe_fem import _fenicsx
+from kanefe_fem.materials.damping import refuse_losses
+from kanefe_fem.materials.laminate import Laminate
+from kanefe_fem.materials.of_groups import Materials, materials_by_group
+from kanefe_fem.materials.oriented import Oriented
+from kanefe_fem.mesh.checks import check_arrays, check_groups, check_mesh
+from kanefe_fem.mesh.groups import check_interfaces, node_groups
+from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
+from kanefe_fem.mesh_files import read_to_assemble
+from kanefe_fem.shells.directors import Directors, directors
+from kanefe_fem.shells.mass import mass_field
+from kanefe_fem.shells.orientation import consistent
+from kanefe_fem.shells.pairs import of_nine_nodes
+from kanefe_fem.shells.problem import ShellCells, ShellProblem, stress_stiffness
+from kanefe_fem.shells.sections import Section, section
+
+if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
+    from kanefe.reduction.stiffening import StiffeningLevel
+
+Thickness = float | Callable[[np.ndarray], np.ndarray]
+"""In m, or a function of points (n, 3) in m that returns it, shape (n,)."""
+
+FOLD = math.radians(20.0)
+"""Angle between the normals of neighbouring cells from which they make a fold, rad."""
+
+
+STAGES = 6
+"""Number of stages in making a body."""
+
+
+class ShellKeywords(TypedDict, total=False):
+    """Keywords of `shell_model` that `shell_body` takes too."""
+
+    offset: float | Mapping[str, float]
+    fold: float
+    shear_factor: float | None
+    cells: str | Sequence[str] | None
+
+
+@checked("mesh", "fold", "cells")
+def shell_model(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    thickness: Thickness | Mapping[str, Thickness] | None = None,
+    *,
+    offset: float | Mapping[str, float] = 0.0,
+    fold: float = FOLD,
+    shear_factor: float | None = None,
+    cells: str | Sequence[str] | None = None,
+) -> FiniteElementModel:
+    """Return the full-order model of a shell: sheet metal, a panel, a blade, a hull.
+
+    Parameters
+    ----------
+    mesh : Mesh, str or Path
+        A mesh of triangles and quadrangles, curved, folded or branched, or the file it is read from; m. A mesh of order
+        1 gets mid-side nodes on straight sides.
+    materials : SolidMaterial or dict of str to SolidMaterial
+        Of each group of cells: `Material`, `Orthotropic`, `Laminate` (its plies from the bottom to the top of the
+        shell, each at its height), or one of them `Oriented`: the part of its axis 1 in the surface is axis 1 of the
+        shell. Without, axis 1 is along the first side of each cell, which matters to no isotropic material.
+    thickness : float, function or dict of str to these
+        In m, of all cells or by group; a function of points (n, 3) in m returns that at the nodes. Default: that of
+        the laminate.
+    offset : float or dict of str to float
+        Height of the middle of the thickness above the mesh, along its normal, as a fraction of the thickness: 0.5 if
+        the mesh is the bottom of the sheet, -0.5 if it is the top.
+    fold : float
+        Angle between the normals of neighbouring cells from which they make a fold, rad.
+    shear_factor : float, optional
+        Shear correction. Default: that of the stack of layers, 5/6 if it is homogeneous.
+    cells : str or sequence of str, optional
+        The groups of cells that form the body. Default: all.
+
+    Returns
+    -------
+    FiniteElementModel
+        Six components a node, exact mass field, geometric stiffness.
+
+    Raises
+    ------
+    MeshError, ModelError, FileError, MissingDependency
+        If an argument is not valid; the message names it and the remedy.
+
+    Notes
+    -----
+    Two triangles make a quadrangle of nine nodes where their angles allow it; the node between them moves to its
+    middle.
+
+    Examples
+    --------
+    >>> from kanefe_fem.materials.isotropic import Material
+    >>> steel = Material(E=210e9, nu=0.3, rho=7850.0)
+    >>> model = shell_model("panel.msh", steel, thickness=2e-3)          # doctest: +SKIP
+    """
+    start = time.perf_counter()
+    mesh = _as_mesh(mesh, cells)
+    by_group = materials_by_group(mesh, materials, 2, "stress")
+    mesh, turned = _ready(mesh)
+    groups = {name: _Group(name, by_group[name], thickness, offset, shear_factor) for name in mesh.cells}
+    nodes = np.asarray(mesh.nodes)
+    found = directors(nodes, mesh.cell_blocks, fold)
+    given = _shell_cells(mesh, groups, found)
+    read = time.perf_counter()
+    count = len(nodes)
+    report_size(6 * count)
+    with stage("assemble"), _fenicsx.quiet():
+        fx = _fenicsx.load()
+        with _fenicsx.compiling(fx):
+            problems = [ShellProblem(nodes, found, one) for one in given]
+            stiffness = sum(one.in_order_of_nodes(one.stiffness(), count) for one in problems).tocsr()
+    field = mass_field(nodes, found, given)
+    return FiniteElementModel(
+        nodes=nodes,
+        components=COMPONENTS,
+        stiffness=stiffness,
+        mass=field.mass_matrix(),
+        mass_field=field,
+        cells=mesh.cell_blocks,
+        groups=node_groups(mesh),
+        stress_stiffness=stress_stiffness(problems, count),
+        provenance={
+            "source": mesh.source,
+            **mesh.provenance,
+            "element": f"shell of {' and '.join(mesh.kinds)}",
+            "materials": {name: group.material.describe() for name, group in groups.items()},
+            "thickness_m": {name: group.described for name, group in groups.items()},
+            "cells turned": turned,
+            "nodes": count,
+            "cells": mesh.cell_count,
+            "dofs": 6 * count,
+            "versions": fx.versions,
+            "seconds": {"read and check": read - start, "assemble": time.perf_counter() - read},
+        },
+    )
+
+
+@checked("mesh", "cells", "cache", "progress")
+def shell_body(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    interfaces: Mapping[str, Any],
+    thickness: Thickness | Mapping[str, Thickness] | None = None,
+    reduction: Any = None,
+    damping: Any = None,
+    *,
+    stiffening: StiffeningLevel = "none",
+    cache: bool = True,
+    progress: bool | None = None,
+    **model: Unpack[ShellKeywords],
+) -> FlexibleBody:
+    """Return a flexible body made from a mesh of a surface: `shell_model`, then `kanefe.reduction.flexible_body`.
+
+    Parameters
+    ----------
+    mesh, materials, thickness
+        As for `shell_model`.
+    interfaces : dict of str to str or Interface
+        Interface for each named group of lines: "clamped", "rigid", "hinged", "average", "node", or a
+        `kanefe.Interface`, which may also define the place.
+    reduction : CraigBampton, optional
+        None keeps every degree of freedom.
+    damping : optional
+        None, RayleighDamping, ModalDamping or a matrix.
+    stiffening : "none", "inertial" or "full"
+        Motion-induced stiffening, as in `kanefe.reduction.flexible_body`.
+    cache : bool
+        Whether to take the body from the cache, and to store it there (see `kanefe.bodies.cache`).
+    progress : bool, optional
+        Whether to show the stages. Default: on a terminal, for a large body.
+    **model
+        offset, fold, shear_factor and cells, as for `shell_model`.
+
+    Examples
+    --------
+    >>> import kanefe as kf                                              # doctest: +SKIP
+    >>> panel = shell_body("panel.msh", Material(E=70e9, nu=0.33, rho=2700.0), {"root": "clamped"}, thickness=2e-3,
+    ...                    reduction=kf.CraigBampton(modes=12))           # doctest: +SKIP
+    """
+    from kanefe_fem.body_cache import cached_body
+
+    of_model: dict[str, Any] = {
+        name: model.get(name, one.default) for name, one in signature(shell_model).parameters.items() if name != "mesh"
+    } | {"materials": materials, "thickness": thickness}
+    of_body = {"interfaces": interfaces, "reduction": reduction, "damping": damping, "stiffening": stiffening}
+
+    def make(mesh: Mesh | str | Path) -> FlexibleBody:
+        from kanefe.reduction import flexible_body
+        from kanefe_fem._petsc import factorise
+
+        with stages(STAGES, progress) as done:
+            with stage("read the mesh"):
+                read = _as_mesh(mesh, of_model["cells"])
+            check_interfaces(read, interfaces)
+            full = shell_model(read, **{name: value for name, value in of_model.items() if name != "cells"})
+            body = flexible_body(full, **of_body, factorise=factorise)
+        return replace(body, provenance={**body.provenance, "stages": done.seconds})
+
+    return cached_body(mesh, {**of_model, **of_body, "kind": "shell", "order": 2}, make) if cache else make(mesh)
+
+
+class _Group:
+    """Material, section and thickness of a group of cells."""
+
+    def __init__(self, name: str, material: Any, thickness: Any, offset: Any, shear_factor: float | None) -> None:
+        self.name, self.material = name, material
+        self.axes = material.axes if isinstance(material, Oriented) else None
+        refuse_losses(material, f"group {name!r} of a shell", "damping= of shell_body, or a solid")
+        plain = material.material if isinstance(material, Oriented) else material
+        self.thickness = _thickness_of(name, plain, thickness)
+        self.section: Section = section(plain, _offset_of(name, offset), shear_factor)
+
+    @property
+    def described(self) -> float | str:
+        """The thickness for the record: a number in m, or that it varies."""
+        return "a function" if callable(self.thickness) else self.thickness
+
+    def at_nodes(self, x: np.ndarray) -> np.ndarray:
+        """Return the thickness at the nodes (m, n, 3) of cells, shape (m, n)."""
+        if not callable(self.thickness):
+            return np.full(x.shape[:2], self.thickness)
+        values = numbers(self.thickness(x.reshape(-1, 3)))
+        if values.shape != (x.shape[0] * x.shape[1],) or not np.all(np.isfinite(values) & (values > 0.0)):
+            raise ModelError(
+                f"the function of the thickness of group {self.name!r} returns no positive finite number for each of "
+                f"{x.shape[0] * x.shape[1]} points. Remedy: an array of metres, one for each row"
+            )
+        return values.reshape(x.shape[:2])
+
+    def along(self, x: np.ndarray, kind: str) -> np.ndarray:
+        """Return the direction of the first axis of the cells (m, n, 3), shape (m, 3)."""
+        element = shape(kind)
+        centre = element.nodes[: element.corners].mean(axis=0)[None]
+        tangents = np.einsum("pna,mni->mai", element.gradients(centre), x)
+        if self.axes is None:
+            return np.ascontiguousarray(tangents[:, 0])
+        axes = self.axes(np.einsum("pn,mni->mi", element.values(centre), x)) if callable(self.axes) else self.axes
+        first = np.broadcast_to(np.asarray(axes)[..., 0], (len(x), 3))
+        normal = np.cross(tangents[:, 0], tangents[:, 1])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        inside = np.linalg.norm(np.cross(normal, first), axis=1)
+        if inside.min() < 0.1:
+            raise ModelError(
+                f"axis 1 of the material of group {self.name!r} is across the surface in a cell at "
+                f"{x[inside.argmin()].mean(axis=0).round(6).tolist()} m. Remedy: axes whose first is along the surface"
+            )
+        return np.ascontiguousarray(first)
+
+
+def _thickness_of(name: str, material: Any, given: Any) -> Any:
+    value = given.get(name) if isinstance(given, Mapping) else given
+    own = material.thickness if isinstance(material, Laminate) else None
+    if value is None:
+        if own is None:
+            raise ModelError(
+                f"group {name!r} has no thickness. Remedy: thickness={{{name!r}: ...}} in m, or one for all"
+            )
+        return own
+    if callable(value):
+        return value
+    number = numbers(value)
+    if number.shape != () or not np.isfinite(number) or number <= 0.0:
+        raise ModelError(f"thickness of group {name!r} is {value!r}. Remedy: a positive number of metres")
+    if own is not None and not math.isclose(float(value), own, rel_tol=1e-6):
+        raise ModelError(
+            f"thickness of group {name!r} is {float(value):g} m, but its plies make {own:g} m. Remedy: leave it out"
+        )
+    return float(value)
+
+
+def _offset_of(name: str, given: Any) -> float:
+    value = given.get(name, 0.0) if isinstance(given, Mapping) else given
+    if numbers(value).shape != () or not np.isfinite(numbers(value)) or abs(float(value)) > 10.0:
+        raise ModelError(
+            f"offset of group {name!r} is {value!r}. Remedy: a fraction of the thickness, such as 0.5 for a mesh of "
+            "the bottom of the sheet"
+        )
+    return float(value)
+
+
+def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:
+    """Return a checked mesh of triangles and quadrangles."""
+    if isinstance(mesh, Mesh):
+        mesh = check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
+    else:
+        mesh = read_to_assemble(mesh, 2, cells)
+    if mesh.dimension != 2:
+        what = "volumes" if mesh.dimension == 3 else "lines only"
+        raise MeshError(
+            f"{mesh.source} has {what}, and a shell is a surface. Remedy: "
+            + ("solid_body, or a mesh of the middle surface" if mesh.dimension == 3 else "beam_model_from_mesh")
+        )
+    check_groups(mesh)
+    return mesh
+
+
+def _ready(mesh: Mesh) -> tuple[Mesh, int]:
+    """Return the mesh of second order with consistent normals and paired triangles, and how many cells were turned."""
+    lifted = to_order(mesh, 2)
+    blocks, turned = consistent(lifted.cell_blocks, mesh.source)
+    lines = [block.nodes[:, 2] for own in (*lifted.facets.values(), *lifted.lines.values()) for block in own]
+    kept = np.concatenate([np.zeros(0, dtype=np.int64), *lines, *lifted.points.values()])
+    nodes, pieces = np.asarray(lifted.nodes), iter(blocks)
+    made: dict[str, tuple[Cells, ...]] = {}
+    for name, own in lifted.cells.items():
+        parts: list[Cells] = []
+        for _ in own:
+            nodes, cells = of_nine_nodes(nodes, next(pieces), kept)
+            parts += cells
+        made[name] = tuple(parts)
+    return replace(lifted, nodes=nodes, cells=made), turned
+
+
+def _shell_cells(mesh: Mesh, groups: Mapping[str, _Group], found: Directors) -> list[ShellCells]:
+    """Return the cells of each shape, of all groups, with what they are made of."""
+    sides = iter(found.of_cells)
+    by_kind: dict[str, list[tuple[int, Cells, np.ndarray]]] = {}
+    for number, blocks in enumerate(mesh.cells.values()):
+        for block in blocks:
+            by_kind.setdefault(block.kind, []).append((number, block, next(sides)))
+    sections, own = tuple(group.section for group in groups.values()), list(groups.values())
+    made = []
+    for kind, parts in by_kind.items():
+        corners = [mesh.nodes[block.nodes] for _, block, _ in parts]
+        made.append(
+            ShellCells(
+                cells=Cells(kind, np.concatenate([block.nodes for _, block, _ in parts])),
+                sides=np.concatenate([side for _, _, side in parts]),
+                thickness=np.concatenate([own[i].at_nodes(x) for (i, _, _), x in zip(parts, corners, strict=True)]),
+                along=np.concatenate([own[i].along(x, kind) for (i, _, _), x in zip(parts, corners, strict=True)]),
+                sections=sections,
+                of_cell=np.concatenate([np.full(len(block.nodes), i) for i, block, _ in parts]),
+            )
+        )
+    return made

@@ -1,0 +1,256 @@
+"""Assembly of a shell in FEniCSx: stiffness, mass of the surfaces of points, and geometric stiffness.
+
+Integration is full for bending. Of the membrane, of shear and of the turn about the normal a share is integrated in
+full and the rest by assumed strains (quadrangles) or at fewer points, so that thin shells do not lock:
+
+    membrane  ``1 / (1 + (s / t)^2 / SAGITTA)``,  s: the rise of the cell over its chord;  a flat cell: 1
+    shear     ``min(1, C t^2 / area)`` (Lyly, Stenberg and Vihinen, Comput. Methods Appl. Mech. Eng. 110 (1993) 343)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.fe_model.model import Cells, StressStiffness
+from kanefe.fe_model.shapes import Shape, quadrature, shape
+from kanefe_fem import _fenicsx
+from kanefe_fem.shells import forms as shell_forms
+from kanefe_fem.shells.assumed import FIELDS, block_diagonal, energy_of_moments
+from kanefe_fem.shells.directors import Directors
+from kanefe_fem.shells.sections import Section
+
+SAGITTA = 1.25e-3
+"""Square of the rise of a cell over its thickness at which half of the membrane is integrated in full: 28 rises to a
+thickness. From a tenth to ten times of it the course of shells changes by 0.03 % (`tests/benchmarks`)."""
+
+SHEAR = {"quad9": 0.25, "triangle6": 5.0}
+"""Square of the size of a cell over its thickness from which shear is integrated at fewer points."""
+
+TURN = {"quad9": 1.0, "triangle6": 5.0}
+"""Square of the size of a cell over its thickness from which the turn about the normal has fewer points."""
+
+DEGREES = {"quad9": (5, 3, 3), "triangle6": (4, 2, 1)}
+"""Degrees of quadrature: full, few, fewest."""
+
+FLAT = 1e-9
+"""Square of thickness times curvature, dimensionless, below which strains are those of a plate through the thickness."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShellCells:
+    """The cells of one shape, with what they are made of.
+
+    Attributes
+    ----------
+    cells : Cells
+        "quad9" or "triangle6", normals consistent.
+    sides : ndarray of int, shape (m, nodes per cell)
+        Numbers of their directors.
+    thickness : ndarray, shape (m, nodes per cell)
+        At the nodes, m.
+    along : ndarray, shape (m, 3)
+        Direction whose part in the surface is the first axis of the material.
+    sections : tuple of Section
+    of_cell : ndarray of int, shape (m,)
+        Number of the section of each cell.
+    """
+
+    cells: Cells
+    sides: np.ndarray
+    thickness: np.ndarray
+    along: np.ndarray
+    sections: tuple[Section, ...]
+    of_cell: np.ndarray
+
+
+class ShellProblem:
+    """The spaces and fields of the cells of one shape."""
+
+    def __init__(self, nodes: np.ndarray, directors: Directors, given: ShellCells) -> None:
+        self.fx = fx = _fenicsx.load()
+        self.element = element = shape(given.cells.kind)
+        self.mesh = _fenicsx.create_mesh(fx, nodes, given.cells.nodes, element, 3)
+        original = np.asarray(self.mesh.topology.original_cell_index)
+        self.cells, self.given, self.original = given.cells.nodes[original], given, original
+        self.normals = directors.normal[given.sides[original]]
+        self.space = _fenicsx.lagrange_space(fx, self.mesh, element, 6)
+        self.nodes_of_space = _fenicsx.node_of_dof(fx, self.space, self.cells, element)
+        self.corners, self.thickness = nodes[self.cells], given.thickness[original]
+        self.area, rise = _sizes(element, self.corners, self.normals)
+        typical = self.thickness.mean(axis=1)
+        self.membrane_share = 1.0 / (1.0 + (rise / typical) ** 2 / SAGITTA)
+        self.curved = float(((rise / self.area) ** 2 * typical**2).max()) > FLAT
+        fields = shell_forms.ShellFields(
+            director=_fenicsx.discontinuous_function(fx, self.mesh, self.normals, element),
+            thickness=_fenicsx.discontinuous_function(fx, self.mesh, self.thickness, element),
+            along=_fenicsx.cell_function(fx, self.mesh, given.along[original]),
+            section=_fenicsx.cell_function(fx, self.mesh, self._of_sections(_moduli)),
+            membrane=_fenicsx.cell_function(fx, self.mesh, self.membrane_share),
+            shear=self._share(SHEAR),
+            turn=self._share(TURN),
+            reference=self._reference(),
+        )
+        self.surface = shell_forms.Surface(fx, self.mesh, fields)
+
+    def _share(self, limits: Mapping[str, float]) -> Any:
+        """Return the share of an energy that is integrated in full: all in cells smaller than the thickness."""
+        ratio = limits[self.element.kind] * self.thickness.mean(axis=1) ** 2 / self.area
+        return _fenicsx.cell_function(self.fx, self.mesh, np.minimum(1.0, ratio))
+
+    def _of_sections(self, values: Any) -> np.ndarray:
+        table = np.array([values(section) for section in self.given.sections])
+        return np.asarray(table[self.given.of_cell[self.original]])
+
+    def _reference(self) -> Any:
+        """Return the coordinates of the reference quadrangle, from -1 to 1, as a function."""
+        if self.element.kind != "quad9":
+            return None
+        linear = shape("quad")
+        values = np.broadcast_to(2.0 * linear.nodes - 1.0, (len(self.cells), 4, 2))
+        return _fenicsx.discontinuous_function(self.fx, self.mesh, np.ascontiguousarray(values), linear)
+
+    def measure(self, rule: int) -> Any:
+        """Return dx with the quadrature number `rule` of `DEGREES`."""
+        degree = DEGREES[self.element.kind][rule]
+        return self.fx.ufl.Measure("dx", domain=self.mesh)(metadata={"quadrature_degree": degree})
+
+    def matrix(self, integrand: Any, rule: int) -> sp.csr_matrix:
+        """Return the matrix of an integrand in the order of the space."""
+        return _fenicsx.assemble_matrix(self.fx, self.fx.fem.form(integrand * self.measure(rule)))
+
+    def in_order_of_nodes(self, matrix: sp.csr_matrix, count: int) -> sp.csr_matrix:
+        """Return a matrix of the space in the order of `count` nodes."""
+        places = (6 * self.nodes_of_space[:, None] + np.arange(6)).ravel()
+        coo = matrix.tocoo()
+        return sp.csr_matrix((coo.data, (places[coo.row], places[coo.col])), shape=(6 * count, 6 * count))
+
+    def stiffness(self) -> sp.csr_matrix:
+        """Return K in the order of the space, N/m, N and N m."""
+        ufl = self.fx.ufl
+        w, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
+        stiffness = self._energy(w, v)
+        if self.element.is_simplex:
+            stiffness = stiffness - self._bubbles(w)
+        else:
+            stiffness = stiffness + self._assumed(v)
+        if self.curved:
+            stiffness = stiffness + self._through_thickness(w, v)
+        return stiffness.tocsr()
+
+    def _energy(self, w: Any, v: Any) -> sp.csr_matrix:
+        parts = shell_forms.energy(self.surface, w, v, not self.element.is_simplex)
+        # a form with a rule of one point beside another one is summed wrongly by FFCx on curved cells
+        rules = (("full", 0), ("few", 1), ("fewest", 2))
+        return sum(self.matrix(parts[name], rule) for name, rule in rules)
+
+    def _bubbles(self, w: Any) -> sp.csr_matrix:
+        """Return what a cubic displacement inside each triangle, free of loads, takes from the stiffness."""
+        ufl = self.fx.ufl
+        space = _fenicsx.bubble_space(self.fx, self.mesh)
+        x, y = ufl.TrialFunction(space), ufl.TestFunction(space)
+        own = sp.bsr_matrix(self._energy(x, y), blocksize=(3, 3))
+        blocks = np.linalg.inv(own.data[np.argsort(own.indices)])
+        coupling = self._energy(w, y)
+        return coupling.T @ block_diagonal(blocks) @ coupling
+
+    def _assumed(self, v: Any) -> sp.csr_matrix:
+        """Return the stiffness of the membrane, and of its coupling with bending, by assumed strains."""
+        A, B = (self._of_sections(lambda one, power=power: one.stiffness(power)) for power in (0, 1))
+        share = (1.0 - self.membrane_share)[:, None, None]
+        arguments = self.corners, self.given.along[self.original], self.thickness
+        moments = self._moments(v, "membrane")
+        whole = moments.T @ block_diagonal(share * energy_of_moments(*arguments, A, 1)) @ moments
+        if np.abs(B).max() > 1e-12 * np.abs(A).max():
+            of_bending = self._moments(v, "bending")
+            half = moments.T @ block_diagonal(share * energy_of_moments(*arguments, B, 2)) @ of_bending
+            whole = whole + half + half.T
+        return whole
+
+    def _moments(self, w: Any, part: str) -> sp.csr_matrix:
+        """Return the moments of strains of the cells from a function, shape (11 m, N)."""
+        fx, count = self.fx, len(FIELDS)
+        space = _fenicsx.cell_function(fx, self.mesh, np.zeros((len(self.cells), count))).function_space
+        numbers = _fenicsx.cell_dofs(space, len(self.cells))
+        q, trial = fx.ufl.TestFunction(space), fx.ufl.TrialFunction(self.space)
+        integrand = sum(q[i] * density for i, density in enumerate(self.surface.moments(trial, part)))
+        matrix = self.matrix(integrand, 0)
+        rows = (count * numbers[:, None] + np.arange(count)).ravel()
+        return matrix[rows]
+
+    def _through_thickness(self, w: Any, v: Any) -> sp.csr_matrix:
+        """Return what the curvature adds through the thickness, from two points in each layer."""
+        fx = self.fx
+        most = max(len(section.layers) for section in self.given.sections)
+        layer = _fenicsx.cell_function(fx, self.mesh, np.zeros((len(self.cells), 11)))
+        form = fx.fem.form(shell_forms.through_thickness(self.surface, w, v, layer) * self.measure(1))
+        total = None
+        for number in range(most):
+            for end in (-1.0, 1.0):
+                values = self._of_sections(lambda one, n=number, e=end: _point_of_layer(one, n, e))
+                _fenicsx.put_in_cells(layer, values)
+                added = _fenicsx.assemble_matrix(fx, form)
+                total = added if total is None else total + added
+        return total
+
+    @cached_property
+    def stress_form(self) -> tuple[Any, Any]:
+        """The function with a static displacement, and the compiled form of its geometric stiffness."""
+        fx = self.fx
+        load = fx.fem.Function(self.space)
+        w, v = fx.ufl.TrialFunction(self.space), fx.ufl.TestFunction(self.space)
+        integrand = shell_forms.stress_energy(self.surface, load, w, v)
+        return load, fx.fem.form(integrand * self.measure(1))
+
+
+def stress_stiffness(problems: Sequence[ShellProblem], count: int) -> StressStiffness:
+    """Return the geometric stiffness (N, N) of the stress of a static displacement, as a function of the latter."""
+
+    def geometric_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
+        total = sp.csr_matrix((6 * count, 6 * count))
+        for problem in problems:
+            with _fenicsx.quiet(), _fenicsx.compiling(problem.fx):
+                function, form = problem.stress_form
+                function.x.array[:] = displacement.reshape(count, 6)[problem.nodes_of_space].ravel()
+                matrix = _fenicsx.assemble_matrix(problem.fx, form)
+            total = total + problem.in_order_of_nodes(matrix, count)
+        return total.tocsr()
+
+    return geometric_stiffness
+
+
+def _sizes(element: Shape, corners: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the area of cells in m2, and how far they rise over their chords, in m, shapes (m,).
+
+    The rise is the second fundamental form along the edges of the reference cell, ``x,a . n,b``, its mean square.
+    """
+    points, weights = quadrature(element.kind, 5)
+    gradients = element.gradients(points)
+    J, turned = (np.einsum("pna,mni->mpia", gradients, field) for field in (corners, normals))
+    stretch = weights * np.linalg.norm(np.cross(J[..., 0], J[..., 1]), axis=2)
+    form = np.einsum("mpia,mpib->mpab", J, turned)
+    area = stretch.sum(axis=1)
+    return area, np.sqrt(np.einsum("mp,mpab,mpab->m", stretch, form, form) / area)
+
+
+def _moduli(section: Section) -> np.ndarray:
+    """Return the upper triangles of A1, B1, D1 and S1, shape (21,)."""
+    upper = [section.stiffness(power)[np.triu_indices(3)] for power in range(3)]
+    return np.concatenate((*upper, section.shear[np.triu_indices(2)]))
+
+
+def _point_of_layer(section: Section, number: int, end: float) -> np.ndarray:
+    """Return height, weight and moduli of one of the two points of a layer, shape (11,); zeros if there is none."""
+    if number >= len(section.layers):
+        return np.zeros(11)
+    layer = section.layers[number]
+    half = (layer.top - layer.bottom) / 2.0
+    height = layer.bottom + half * (1.0 + end / np.sqrt(3.0))
+    scale = section.shear_scale
+    plane, shear = layer.plane[np.triu_indices(3)], (scale * layer.shear)[np.triu_indices(2)]
+    return np.concatenate(((height, half), plane, shear))

@@ -1,0 +1,92 @@
+"""Shell bodies: what is refused, thickness by group and place, bodies in scenes, stiffening by spin."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import kanefe as kf
+from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.model import Cells
+from kanefe_fem import Laminate, Material, Oriented, Ply, box_mesh, shell_body, shell_model, solid_model, surface_mesh
+from kanefe_fem.mesh.mesh import Mesh
+from shell_meshes import grid
+
+STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
+
+
+@pytest.mark.parametrize(
+    ("thickness", "words"),
+    [
+        (None, "group 'body' has no thickness"),
+        (0.0, "thickness of group 'body' is 0.0"),
+        (-1e-3, "positive number of metres"),
+        (float("nan"), "positive number of metres"),
+        ("2 mm", "positive number of metres"),
+        (lambda x: np.zeros(len(x)), "no positive finite number"),
+        (lambda x: 1e-3, "no positive finite number"),
+    ],
+)
+def test_a_thickness_that_is_none_is_refused(thickness, words):
+    with pytest.raises(ModelError, match=words):
+        shell_model(grid("plate", 1), STEEL, thickness)
+
+
+def test_what_is_no_shell_is_refused():
+    with pytest.raises(MeshError, match=r"has volumes, and a shell is a surface. Remedy: solid_body"):
+        shell_model(box_mesh((1.0, 1.0, 0.1), (1, 1, 1)), STEEL, 0.1)
+    with pytest.raises(MeshError, match="shell_body"):
+        solid_model(grid("saddle", 1), STEEL, plane="stress", thickness=0.1)
+    stack = Laminate([Ply(STEEL, 1e-3), Ply(STEEL, 1e-3)])
+    with pytest.raises(ModelError, match=r"is 0.003 m, but its plies make 0.002 m"):
+        shell_model(grid("plate", 1), stack, 3e-3)
+    across = np.array([(0.0, 1.0, 0.0), (0.0, 0.0, 1.0), (1.0, 0.0, 0.0)])
+    with pytest.raises(ModelError, match="axis 1 of the material of group 'body' is across the surface"):
+        shell_model(grid("plate", 1), Oriented(STEEL, across), 1e-3)
+    with pytest.raises(ModelError, match="offset of group 'body'"):
+        shell_model(grid("plate", 1), STEEL, 1e-3, offset=float("inf"))
+
+
+def test_cells_without_area_and_folded_cells_are_refused():
+    mesh = grid("saddle", 2)
+    nodes = np.array(mesh.nodes)
+    nodes[mesh.cell_blocks[0].nodes[0]] = nodes[mesh.cell_blocks[0].nodes[0, 0]]
+    with pytest.raises(MeshError, match=r"cell 0 of group 'body'.* has no area"):
+        shell_model(Mesh(nodes, 2, mesh.cells), STEEL, 0.01)
+    nodes = np.array(mesh.nodes)
+    corner = mesh.cell_blocks[0].nodes[0]
+    nodes[corner[8]] = nodes[corner[1]] + 0.3 * (nodes[corner[1]] - nodes[corner[0]])
+    with pytest.raises(MeshError, match="folds over in itself"):
+        shell_model(Mesh(nodes, 2, mesh.cells), STEEL, 0.01)
+
+
+@pytest.mark.fenicsx
+def test_thickness_by_group_and_by_place_weighs():
+    mesh = grid("plate", 4, 2)
+    cells = mesh.cell_blocks[0].nodes
+    left = np.asarray(mesh.nodes)[cells[:, 8], 0] < 0.5
+    groups = {"left": (Cells("quad9", cells[left]),), "right": (Cells("quad9", cells[~left]),)}
+    two = Mesh(mesh.nodes, 2, groups)
+    both = {"left": STEEL, "right": STEEL}
+    model = shell_model(two, both, {"left": 1e-3, "right": lambda x: 1e-3 + 2e-3 * (x[:, 0] - 0.5)})
+    mass = model.rigid_modes().T @ model.mass @ model.rigid_modes()
+    assert mass[0, 0] == pytest.approx(7850.0 * (0.5e-3 + 0.5 * 1.5e-3), rel=1e-12)
+    with pytest.raises(ModelError, match="group 'right' has no thickness"):
+        shell_model(two, both, {"left": 1e-3})
+
+
+@pytest.mark.fenicsx
+def test_a_strip_bends_as_a_beam():
+    """Tip of a cantilever, nu = 0: F L^3 / (3 E I) + F L / (k G A)."""
+    soft = Material(E=1e9, nu=0.0, rho=1000.0)
+    length, width, t = 1.0, 0.1, 0.02
+    strip = surface_mesh(lambda s, r: (length * s, 0.0 * s, width * r), (8, 1))
+    body = shell_body(strip, soft, {"root": "clamped", "tip": "rigid"}, t)
+    scene = kf.System()
+    tip = scene.add_flexible_body("strip", body).interface("tip")
+    scene.add_force(tip, (0.0, 1.0, 0.0))
+    rest = kf.equilibrium(scene)
+    found = rest.position("strip", "tip")[1]
+    inertia = width * t**3 / 12.0
+    expected = length**3 / (3e9 * inertia) + length / (5.0 / 6.0 * 0.5e9 * width * t)
+    assert found == pytest.approx(expected, rel=1e-4)
