@@ -8,7 +8,7 @@ from typing import ClassVar
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fatigue.curve import LARGEST_STRESS, LEAST_STRESS
-from kanefe.kernels.fatigue.cycle_damage import GERBER, GOODMAN, WALKER
+from kanefe.kernels.fatigue.cycle_damage import Correction
 
 
 class MeanStress:
@@ -33,7 +33,7 @@ class Goodman(MeanStress):
         Ultimate tensile strength, Pa. (With the yield strength it is Soderberg's correction.)
     """
 
-    _correction: ClassVar[int] = GOODMAN
+    _correction: ClassVar[int] = Correction.GOODMAN
 
     ultimate: float
 
@@ -52,7 +52,7 @@ class Gerber(MeanStress):
         Ultimate tensile strength, Pa.
     """
 
-    _correction: ClassVar[int] = GERBER
+    _correction: ClassVar[int] = Correction.GERBER
 
     ultimate: float
 
@@ -71,7 +71,7 @@ class Walker(MeanStress):
         Between 0 and 1; 1: mean stress has no influence.
     """
 
-    _correction: ClassVar[int] = WALKER
+    _correction: ClassVar[int] = Correction.WALKER
 
     gamma: float = 0.5
 

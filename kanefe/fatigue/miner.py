@@ -11,17 +11,8 @@ from kanefe.errors import ModelError
 from kanefe.fatigue.curve import SNCurve
 from kanefe.fatigue.mean_stress import MeanStress
 from kanefe.frames import numbers
-from kanefe.kernels.fatigue.cycle_damage import (
-    AMPLITUDE,
-    CORRECTION,
-    CYCLES,
-    LAW_SIZE,
-    NO_CORRECTION,
-    PARAMETER,
-    SLOPE,
-    SLOPE_BELOW,
-    damage_of_cycle,
-)
+from kanefe.kernels.fatigue.cycle_damage import Correction, DamageLaw, damage_of_cycle
+from kanefe.kernels.values.records import filled_from
 
 MOST_BINS = 100_000
 """Largest number of bins of a histogram."""
@@ -153,7 +144,7 @@ def damage(history: np.ndarray, curve: SNCurve, *, mean_stress: MeanStress | Non
     cycles = count_cycles(stress)
     law = law_of(curve, mean_stress)
     pairs = zip((0.5 * cycles.ranges).tolist(), cycles.means.tolist(), strict=True)
-    shares = cycles.counts * np.array([damage_of_cycle(amplitude, mean, law) for amplitude, mean in pairs])
+    shares = cycles.counts * np.array([damage_of_cycle(amplitude, mean, DamageLaw(law)) for amplitude, mean in pairs])
     if not np.isfinite(shares).all():
         raise ModelError(
             f"a mean stress of {cycles.means.max() / 1e6:.4g} MPa breaks the material at once: it is above the "
@@ -164,10 +155,8 @@ def damage(history: np.ndarray, curve: SNCurve, *, mean_stress: MeanStress | Non
 
 def law_of(curve: SNCurve, mean_stress: MeanStress | None) -> np.ndarray:
     """Return the numbers of curve and correction, as `kanefe.kernels.fatigue.cycle_damage` takes them."""
-    law = np.empty(LAW_SIZE)
-    law[[AMPLITUDE, CYCLES, SLOPE, SLOPE_BELOW]] = curve.amplitude, curve.cycles, curve.slope, curve.slope_below
-    law[[CORRECTION, PARAMETER]] = (NO_CORRECTION, 0.0) if mean_stress is None else mean_stress.numbers()
-    return law
+    correction, parameter = (Correction.NONE, 0.0) if mean_stress is None else mean_stress.numbers()
+    return filled_from(curve, DamageLaw, correction=correction, parameter=parameter)
 
 
 def _checked_history(history: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 
 import numpy as np
 
@@ -10,43 +11,70 @@ from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import RealBlocks, Reals
 from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.values.records import Record
 
-AMPLITUDE, CYCLES, SLOPE, SLOPE_BELOW, CORRECTION, PARAMETER, LAW_SIZE = range(7)
-"""Indices of a law: amplitude (Pa) and cycles at the knee of the S-N curve, slopes above and below it (inf: no damage
-below), the correction for mean stress and its parameter."""
 
-NO_CORRECTION, GOODMAN, GERBER, WALKER = range(4)
-"""Corrections for mean stress. The parameter of Goodman's and Gerber's is the ultimate strength, Pa; of Walker's gamma.
-"""
+class Correction(IntEnum):
+    """Corrections for mean stress.
+
+    The parameter of Goodman's and Gerber's is the ultimate strength, Pa; of Walker's gamma.
+    """
+
+    NONE = 0
+    GOODMAN = 1
+    GERBER = 2
+    WALKER = 3
+
+
+class DamageLaw(Record):
+    """An S-N curve, with a correction for mean stress.
+
+    Attributes
+    ----------
+    amplitude, cycles : float
+        At the knee, Pa and 1.
+    slope, slope_below : float
+        Above and below it; inf: no damage below.
+    correction, parameter : float
+        `Correction`.
+    """
+
+    amplitude: float
+    cycles: float
+    slope: float
+    slope_below: float
+    correction: float
+    parameter: float
+
 
 SIGNED_VON_MISES = 6
 """Number of the scalar that has the sign of the trace of the stress; 0 to 5 are its components."""
 
 
 @kernel
-def damage_of_cycle(amplitude: float, mean: float, law: np.ndarray) -> float:
+def damage_of_cycle(amplitude: float, mean: float, law: DamageLaw) -> float:
     """Return the damage of one cycle, 1/N; inf if its mean stress breaks the material.
 
     The amplitude of the cycle without mean stress that is as damaging is ``S_a / (1 - S_m / R)`` by Goodman,
     ``S_a / (1 - (S_m / R)^2)`` by Gerber, both for a mean stress above zero, and
     ``(S_m + S_a)^(1 - gamma) S_a^gamma`` by Walker (1/2: Smith, Watson and Topper).
     """
-    correction, parameter = law[CORRECTION], law[PARAMETER]
-    if correction in (GOODMAN, GERBER) and mean > 0.0:
+    correction, parameter = int(law.correction), law.parameter
+    if (correction == Correction.GOODMAN or correction == Correction.GERBER) and mean > 0.0:
         share = mean / parameter
         if share >= 1.0:
             return np.inf
-        amplitude /= 1.0 - (share if correction == GOODMAN else share * share)
-    elif correction == WALKER:
+        amplitude /= 1.0 - (share if correction == Correction.GOODMAN else share * share)
+    elif correction == Correction.WALKER:
         highest = mean + amplitude
         amplitude = highest ** (1.0 - parameter) * amplitude**parameter if highest > 0.0 else 0.0
-    size = amplitude / law[AMPLITUDE]
-    slope = law[SLOPE] if size >= 1.0 else law[SLOPE_BELOW]
-    return 0.0 if size <= 0.0 or slope == np.inf else size**slope / law[CYCLES]
+    size = amplitude / law.amplitude
+    slope = law.slope if size >= 1.0 else law.slope_below
+    return 0.0 if size <= 0.0 or slope == np.inf else size**slope / law.cycles
 
 
 @kernel
-def _damage_between(first: float, second: float, law: np.ndarray) -> float:
+def _damage_between(first: float, second: float, law: DamageLaw) -> float:
     """Return the damage of the cycle between two reversals."""
     return damage_of_cycle(0.5 * abs(second - first), 0.5 * (first + second), law)
 
@@ -68,7 +96,7 @@ def _put_reversals(history: np.ndarray, reversals: np.ndarray) -> int:
 
 
 @kernel
-def damage_of_history(history: np.ndarray, law: np.ndarray, reversals: np.ndarray) -> float:
+def damage_of_history(history: np.ndarray, law: DamageLaw, reversals: np.ndarray) -> float:
     """Return the damage of a stress history (T,) in Pa; `reversals` (T + 1,) is workspace.
 
     Reversals that are not part of a cycle yet are kept. X is the range between the last two of them, Y the one before.
@@ -114,4 +142,4 @@ def damage_of_stresses(stresses: RealBlocks, scalar: int, law: Reals, memory: Re
     count = stresses.shape[2]
     for node in range(len(stresses)):
         _put_scalar(stresses[node], scalar, memory[:count])
-        out[node] = damage_of_history(memory[:count], law, memory[count:])
+        out[node] = damage_of_history(memory[:count], DamageLaw(law), memory[count:])
