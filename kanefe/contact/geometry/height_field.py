@@ -113,5 +113,5 @@ def _weight_rows(places: Vector, at: Vector) -> Matrix:
     for row, x in zip(rows, at.tolist(), strict=True):
         i, f, _ = cell_of(x, places[0], places[1] - places[0], len(places))
         for k in range(4):
-            row[min(max(i + k - 1, 0), last)] += weight_of(k, f)
+            row[min(max(i + k - 1, 0), last)] += weight_of(k, f)[0]
     return rows

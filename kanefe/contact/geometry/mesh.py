@@ -137,7 +137,9 @@ def _table_of(vertices: Matrix, triangles: np.ndarray) -> np.ndarray:
         cosine = np.einsum("ij,ij->i", first, second)
         cosine /= np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
         np.add.at(of_vertices, triangles[:, at], np.arccos(np.clip(cosine, -1.0, 1.0))[:, None] * normals)
-    return np.hstack((a, b - a, c - a, normals, *of_edges, *(of_vertices[triangles[:, i]] for i in range(3))))
+    ab, bc, ca = of_edges
+    of_a, of_b, of_c = (of_vertices[triangles[:, i]] for i in range(3))
+    return np.hstack((a, b - a, c - a, normals, of_a, of_b, ab, of_c, ca, bc))  # see `kernels.contact.contact_mesh`
 
 
 def _tree(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -9,8 +9,9 @@ import numpy as np
 
 from kanefe.kernels.algebra.lengths import norm, unit
 from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.contact.nearest_places import on_triangle
 from kanefe.kernels.values.records import Behind, Columns, Record, Rows
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.values.tensors import Vector, dot
 
 
 class Mesh(Record):
@@ -32,7 +33,10 @@ class Node(Record):
 
 
 class Triangle(Record):
-    """A triangle: a vertex, two sides, its normal, and those of its edges and of its vertices."""
+    """A triangle: a vertex, two sides, its normal, and those of what lies between some of its vertices, by bits.
+
+    1, 2 and 4 are the vertices, 3, 5 and 6 the edges between two of them, and `WITHIN` is the triangle itself.
+    """
 
     a: Vector
     ab: Vector
@@ -41,6 +45,7 @@ class Triangle(Record):
     others: Annotated[Any, Columns(18)]
 
 
+WITHIN = 7
 NODE, TRIANGLE = Node.number_count, Triangle.number_count
 
 
@@ -68,17 +73,17 @@ def triangle_of(mesh: Mesh, i: int) -> Triangle:
 def mesh_distance(mesh: Mesh, x: Vector) -> Away:
     """Return the signed distance of a point from a mesh, and the normal."""
     none = 0.0 * x
-    i, feature = nearest_triangle(mesh, Vector(x.x.real, x.y.real, x.z.real))
+    i, ends = nearest_triangle(mesh, Vector(x.x.real, x.y.real, x.z.real))
     triangle = triangle_of(mesh, i)
     a, normal = triangle.a, triangle.normal
-    if feature == 0:
+    if ends == WITHIN:
         return Away(dot(normal, x - a), normal + none)
-    normal = Directions(triangle.others)[feature - 1].n
+    normal = Directions(triangle.others)[ends - 1].n
     b, c = a + triangle.ab, a + triangle.ac
-    start = a if feature in (1, 4) else b if feature in (2, 5) else c
+    start = a if ends & 1 else b if ends & 2 else c
     offset = x - start
-    if feature < 4:
-        side = (b if feature == 1 else c if feature == 2 else a) - start
+    if ends == 3 or ends > 4:  # an edge
+        side = (b if ends == 3 else c) - start
         offset -= (dot(offset, side) / dot(side, side)) * side
     length = norm(offset)
     if length.real == 0.0:
@@ -89,24 +94,27 @@ def mesh_distance(mesh: Mesh, x: Vector) -> Away:
 
 @kernel
 def nearest_triangle(mesh: Mesh, x: Vector) -> tuple[int, int]:
-    """Return the triangle nearest to a point, and where on it: 0 within, 1 to 3 edges, 4 to 6 vertices."""
+    """Return the triangle nearest to a point, and the vertices between which the nearest place is: see `Triangle`."""
     nodes, count = Nodes(mesh.nodes), int(mesh.count)
-    best, found, feature = np.inf, 0, 0
+    best, found, ends = np.inf, 0, 0
     i = first_leaf(nodes, x)  # a first bound, from the leaf that the nearest boxes lead to
     is_first = True
     while i < count or is_first:
         node = nodes[i]
         if is_first or square_to_box(node, x) < best:
-            for triangle in range(int(node.first), int(node.first) + int(node.count)):
-                square, where = on_triangle(triangle_of(mesh, triangle), x)
+            for k in range(int(node.first), int(node.first) + int(node.count)):
+                triangle = triangle_of(mesh, k)
+                a = triangle.a - x
+                offset, between = on_triangle(a, a + triangle.ab, a + triangle.ac)
+                square = dot(offset, offset)
                 if square < best:
-                    best, found, feature = square, triangle, where
+                    best, found, ends = square, k, between
             i += 1
         else:
             i = int(node.behind)
         if is_first:
             i, is_first = 0, False
-    return found, feature
+    return found, ends
 
 
 @inlined
@@ -125,33 +133,3 @@ def square_to_box(node: Node, x: Vector) -> float:
     below, above = node.lower - x, x - node.upper
     over = Vector(max(below.x, above.x, 0.0), max(below.y, above.y, 0.0), max(below.z, above.z, 0.0))
     return dot(over, over)  # type: ignore[no-any-return]
-
-
-@inlined
-def on_triangle(triangle: Triangle, x: Vector) -> tuple[float, int]:
-    """Return the square of the distance of a point from a triangle, and where on it the nearest place is."""
-    ab, ac, normal = triangle.ab, triangle.ac, triangle.normal
-    from_a = x - triangle.a
-    from_b, from_c, bc = from_a - ab, from_a - ac, ac - ab
-    if (
-        dot(cross(ab, from_a), normal) >= 0.0
-        and dot(cross(bc, from_b), normal) >= 0.0
-        and dot(cross(from_c, ac), normal) >= 0.0
-    ):
-        height = dot(from_a, normal)
-        return height * height, 0
-    first, f1 = on_edge(from_a, ab, 1, 4, 5)
-    second, f2 = on_edge(from_b, bc, 2, 5, 6)
-    third, f3 = on_edge(from_c, -ac, 3, 6, 4)
-    if first <= second and first <= third:
-        return first, f1
-    return (second, f2) if second <= third else (third, f3)
-
-
-@inlined
-def on_edge(offset: Vector, side: Vector, edge: int, start: int, end: int) -> tuple[float, int]:
-    """Return the same of an edge, from whose start the point has an offset."""
-    s = dot(offset, side) / dot(side, side)
-    where = start if s <= 0.0 else end if s >= 1.0 else edge
-    rest = offset - min(max(s, 0.0), 1.0) * side
-    return dot(rest, rest), where

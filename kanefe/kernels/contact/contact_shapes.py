@@ -250,15 +250,17 @@ def heights(field: HeightField, x: Any, y: Any) -> Ground:
         value = along = bent = 0.0 * x
         for b in range(4):
             h = given[columns * row + min(max(j + b - 1, 0), columns - 1)]
-            value += weight_of(b, g) * h
-            along += g_rate * _slope(b, g) * h
-            bent += g_rate * g_rate * _bend(b, g) * h
-        height += weight_of(a, f) * value
-        slope_x += f_rate * _slope(a, f) * value
-        slope_y += weight_of(a, f) * along
-        xx += f_rate * f_rate * _bend(a, f) * value
-        xy += f_rate * _slope(a, f) * along
-        yy += weight_of(a, f) * bent
+            weight, slope, bend = weight_of(b, g)
+            value += weight * h
+            along += g_rate * slope * h
+            bent += g_rate * g_rate * bend * h
+        weight, slope, bend = weight_of(a, f)
+        height += weight * value
+        slope_x += f_rate * slope * value
+        slope_y += weight * along
+        xx += f_rate * f_rate * bend * value
+        xy += f_rate * slope * along
+        yy += weight * bent
     return Ground(Vector(x, y, height), slope_x, slope_y, xx, xy, yy)
 
 
@@ -274,38 +276,14 @@ def cell_of(x: Any, first: float, step: float, count: int) -> Any:
 
 @inlined
 def weight_of(k: int, f: Any) -> Any:
-    """Return the weight of one of four places in cubic convolution (Keys 1981)."""
+    """Return the weight of one of four places in cubic convolution (Keys 1981), and its first two derivatives."""
     if k == 0:
-        return 0.5 * f * (f * (2.0 - f) - 1.0)
+        return 0.5 * f * (f * (2.0 - f) - 1.0), 0.5 * (f * (4.0 - 3.0 * f) - 1.0), 2.0 - 3.0 * f
     if k == 1:
-        return 1.0 + 0.5 * f * f * (3.0 * f - 5.0)
+        return 1.0 + 0.5 * f * f * (3.0 * f - 5.0), 0.5 * f * (9.0 * f - 10.0), 9.0 * f - 5.0
     if k == 2:
-        return 0.5 * f * (f * (4.0 - 3.0 * f) + 1.0)
-    return 0.5 * f * f * (f - 1.0)
-
-
-@inlined
-def _slope(k: int, f: Any) -> Any:
-    """Return the derivative of `weight_of`."""
-    if k == 0:
-        return 0.5 * (f * (4.0 - 3.0 * f) - 1.0)
-    if k == 1:
-        return 0.5 * f * (9.0 * f - 10.0)
-    if k == 2:
-        return 0.5 * (f * (8.0 - 9.0 * f) + 1.0)
-    return 0.5 * f * (3.0 * f - 2.0)
-
-
-@inlined
-def _bend(k: int, f: Any) -> Any:
-    """Return the derivative of `_slope`."""
-    if k == 0:
-        return 2.0 - 3.0 * f
-    if k == 1:
-        return 9.0 * f - 5.0
-    if k == 2:
-        return 4.0 - 9.0 * f
-    return 3.0 * f - 1.0
+        return 0.5 * f * (f * (4.0 - 3.0 * f) + 1.0), 0.5 * (f * (8.0 - 9.0 * f) + 1.0), 4.0 - 9.0 * f
+    return 0.5 * f * f * (f - 1.0), 0.5 * f * (3.0 * f - 2.0), 3.0 * f - 1.0
 
 
 @kernel
