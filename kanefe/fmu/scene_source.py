@@ -18,7 +18,7 @@ from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.events.watched_run import Does
 from kanefe.kernels.scene import memory_size
 from kanefe.kernels.steppers.step_commands import NO_INERTIA, STATE, Command, Step
-from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
+from kanefe.kernels.sweeps.drives import Drives, Piece
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.kernels.values.records import column
 from kanefe.loads.controller import INPUTS
@@ -240,7 +240,7 @@ class _Tables:
             "LOAD_COUNT": held.stop - held.start,
             "FIRST_HELD": first + held.start,
             "DRIVEN": self.driven,
-            "PIECE_NUMBERS": PIECE_NUMBERS,
+            "PIECE_NUMBERS": Piece.number_count,
             "AT_TIME": AT_TIME,
             "KNOWS_TIME": int(self.driven > len(sim.courses)),
             "POINTER_COUNT": len(image.pointers),

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.bodies.inner_rotations import InnerRotations, inner_rotations
 from kanefe.frames import Vector
-from kanefe.kernels.evaluation.bending import BENT, LARGEST, OF_BODY, PLACE, WHEN
+from kanefe.kernels.evaluation.bending import BentBody
 from kanefe.tree.bending import Bent
 from kanefe.tree.model_data import ModelData
 
@@ -33,7 +33,7 @@ def bends_in_kernels(bodies: WatchedBodies, base: int) -> tuple[np.ndarray, Vect
     integers, reals = [], []
     for _, eta, inner in bodies:
         integers += [eta.start, eta.stop - eta.start, 3 * len(inner.chosen), base]
-        reals += [np.zeros(BENT), *inner.watched]
+        reals += [np.zeros(2), *inner.watched]
         base += sum(map(len, reals[-4:]))
     return np.array(integers, dtype=np.int64), np.concatenate([np.zeros(0), *reals])
 
@@ -41,11 +41,10 @@ def bends_in_kernels(bodies: WatchedBodies, base: int) -> tuple[np.ndarray, Vect
 def bends_of_kernels(bodies: WatchedBodies, integers: np.ndarray, reals: Vector) -> list[Bent]:
     """Return what kernels have seen."""
     found = []
-    for (name, eta, _), row in zip(bodies, integers.reshape(-1, OF_BODY), strict=True):
-        at = int(row[PLACE])
-        if reals[at + LARGEST] > 0.0:
-            bent = reals[at + BENT : at + BENT + eta.stop - eta.start].copy()
-            found.append(Bent(name, float(reals[at + WHEN]), bent))
+    for (name, *_), row in zip(bodies, integers.reshape(-1, BentBody.integer_count), strict=True):
+        body = BentBody(row, reals)
+        if body.largest > 0.0:
+            found.append(Bent(name, float(body.when), body.bent.copy()))
     return found
 
 

@@ -6,39 +6,68 @@ the rotations made.
 
 from __future__ import annotations
 
+from typing import Annotated
+
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.values.records import Array, One, Record, Start
 
-# Of a body in `integers`: its first coordinate, their count, that of the rotations' components, its place in `reals`
-FIRST, COUNT, COMPONENTS, PLACE = range(4)
-OF_BODY = 4
-# And from that place on in `reals`: the square of its largest rotation, when that was, the coordinates that made it;
-# the bound of the rotation by each coordinate of one; components of rotations, and for each coordinate those it makes
-LARGEST, WHEN, BENT = range(3)
+
+class BentBody(Record, is_frozen=True):
+    """A body that bends.
+
+    Attributes
+    ----------
+    first, k : int
+        Its first coordinate, and how many there are.
+    count : int
+        Of components of rotations.
+    largest, when : float
+        Square of its largest rotation, rad2, and when that was, s.
+    bent : ndarray, shape (k,)
+        The coordinates that made it.
+    bounds : ndarray, shape (k,)
+        Bound of the rotation by each coordinate of one.
+    turned : ndarray, shape (count,)
+        Components of rotations.
+    turns : ndarray, shape (k, count)
+        Those that each coordinate makes.
+    """
+
+    first: int
+    k: int
+    count: int
+    begins: Annotated[int, Start("reals")]
+    largest: Annotated[float, One(float)]
+    when: Annotated[float, One(float)]
+    bent: Annotated[np.ndarray, Array("k")]
+    bounds: Annotated[np.ndarray, Array("k")]
+    turned: Annotated[np.ndarray, Array("count")]
+    turns: Annotated[np.ndarray, Array("k", "count")]
+
+
+INTEGERS = BentBody.integer_count
 
 
 @kernel
 def watch_bends(bodies: np.ndarray, reals: np.ndarray, t: float, y: np.ndarray) -> None:
     """Keep the coordinates of each body that is bent farther than before in a state."""
-    for row in range(0, len(bodies), OF_BODY):
-        k, count, at = bodies[row + COUNT], bodies[row + COMPONENTS], bodies[row + PLACE]
-        eta = y[bodies[row + FIRST] : bodies[row + FIRST] + k]
-        bound, bounds = 0.0, at + BENT + k
-        for i in range(k):
-            bound += reals[bounds + i] * abs(eta[i])
-        if not bound * bound > reals[at + LARGEST]:
+    for row in range(0, len(bodies), INTEGERS):
+        body = BentBody(bodies[row:], reals)
+        eta, bounds, turned, turns, bound = y[body.first :], body.bounds, body.turned, body.turns, 0.0
+        for i in range(len(bounds)):
+            bound += bounds[i] * abs(eta[i])
+        if not bound * bound > body.largest:
             continue
-        turned, turns = reals[bounds + k : bounds + k + count], reals[bounds + k + count :]
-        for j in range(count):
-            turned[j] = 0.0
-        for i in range(k):
-            for j in range(count):
-                turned[j] += eta[i] * turns[i * count + j]
-        largest = reals[at + LARGEST]
-        for i in range(0, count, 3):
-            largest = max(largest, turned[i] ** 2 + turned[i + 1] ** 2 + turned[i + 2] ** 2)
-        if largest > reals[at + LARGEST]:
-            reals[at + LARGEST], reals[at + WHEN] = largest, t
-            copy(eta, reals[at + BENT : at + BENT + k])
+        turned[:] = 0.0
+        for i in range(len(bounds)):
+            for j in range(len(turned)):
+                turned[j] += eta[i] * turns[i, j]
+        largest = body.largest
+        for j in range(0, len(turned), 3):
+            largest = max(largest, turned[j] ** 2 + turned[j + 1] ** 2 + turned[j + 2] ** 2)
+        if largest > body.largest:
+            body.largest, body.when = largest, t
+            copy(eta[: body.k], body.bent)

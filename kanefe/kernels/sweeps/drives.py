@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.arrays import Filler, IntegerRows, RealRows
+from kanefe.kernels.values.records import Columns, Record, Rows
 
-# Columns of the integers of a motion
-FIRST_PIECE, PIECE_COUNT = range(2)
-# Columns of a piece: when it starts (s), the coefficients of the powers of the time since, and the longest step from
-# there (s)
-SINCE, POWERS, LONGEST = 0, 1, 5
-PIECE_NUMBERS = 6
+
+class DrivenMotion(Record, is_frozen=True):
+    """A motion: its first piece, and how many it has; none of what `Drives.given` writes."""
+
+    first: int
+    count: int
+
+
+class Piece(Record):
+    """A piece of a motion: when it starts (s), powers of the time since, and the longest step from there (s)."""
+
+    since: float
+    powers: Annotated[np.ndarray, Columns(4)]
+    longest: float
+
+
+DrivenMotions = Rows[DrivenMotion]
+Pieces = Rows[Piece]
 
 
 class Drives(NamedTuple):
@@ -22,9 +35,10 @@ class Drives(NamedTuple):
 
     Attributes
     ----------
-    motions : ndarray of int, shape (driven, 2)
-        First piece and number of pieces; none of what `given` writes.
-    pieces : ndarray, shape (pieces, PIECE_NUMBERS)
+    motions : ndarray of int
+        `DrivenMotions`.
+    pieces : ndarray
+        `Pieces`.
     spans : ndarray, shape (driven, 2)
         Between which times each motion is known, s.
     given : function (t, values, values)
@@ -47,26 +61,26 @@ def put_drives(motions: Drives, t: float, drives: np.ndarray) -> float:
     longest : float
         Step from this time, s, beyond which a table would be looked at less often than it needs.
     """
-    values = drives.reshape(-1)
+    values, all_motions, pieces = drives.reshape(-1), DrivenMotions(motions.motions), Pieces(motions.pieces)
     motions.given(t, values, values)
     longest = np.inf
-    for i in range(len(motions.motions)):
+    for i in range(len(all_motions)):
         if not motions.spans[i, 0] <= t <= motions.spans[i, 1]:
             drives[i, 0] = drives[i, 1] = drives[i, 2] = np.nan
             continue
-        low, count = motions.motions[i, FIRST_PIECE], motions.motions[i, PIECE_COUNT]
+        low, count = all_motions[i].first, all_motions[i].count
         if count == 0:
             continue
         high = low + count
         while high - low > 1:
             middle = (low + high) // 2
-            if motions.pieces[middle, SINCE] <= t:
+            if pieces[middle].since <= t:
                 low = middle
             else:
                 high = middle
-        s, c = t - motions.pieces[low, SINCE], motions.pieces[low, POWERS:LONGEST]
+        s, c = t - pieces[low].since, pieces[low].powers
         drives[i, 0] = ((c[3] * s + c[2]) * s + c[1]) * s + c[0]
         drives[i, 1] = (3.0 * c[3] * s + 2.0 * c[2]) * s + c[1]
         drives[i, 2] = 6.0 * c[3] * s + 2.0 * c[2]
-        longest = min(longest, motions.pieces[low, LONGEST] - s)
+        longest = min(longest, pieces[low].longest - s)
     return longest

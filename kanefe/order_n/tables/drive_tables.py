@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.joints.motion import Motion
 from kanefe.kernels.compiler._numba_functions import Part
 from kanefe.kernels.compiler.filling import filler
-from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
+from kanefe.kernels.sweeps.drives import Drives, Piece
 from kanefe.tree.model_data import ModelData
 
 PIECES_A_STEP = 2.0
@@ -22,7 +22,7 @@ def drive_tables(model: ModelData) -> Drives | None:
     motions = [motion for motion, _ in model.drives]
     if not all(motion.pieces is not None or motion.is_compiled for motion in motions):
         return None
-    pieces, rows = [np.zeros((0, PIECE_NUMBERS))], []
+    pieces, rows = [np.zeros((0, Piece.number_count))], []
     parts: list[Part] = []
     for i, motion in enumerate(motions):
         own = _pieces(motion)
@@ -46,7 +46,7 @@ def _pieces(motion: Motion) -> np.ndarray:
     fine one.
     """
     if motion.pieces is None:
-        return np.zeros((0, PIECE_NUMBERS))
+        return np.zeros((0, Piece.number_count))
     found = np.column_stack((motion.pieces, np.full(len(motion.pieces), math.inf)))
     lengths = np.diff(motion.pieces[:, 0], append=motion.span[1])
     longest = math.inf
