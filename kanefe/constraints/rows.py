@@ -21,8 +21,9 @@ import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector
-from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, EndMotion, RowKind, exert, residual
+from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, exert, residual
 from kanefe.kernels.constraints.tolerances import HALF_ON
+from kanefe.kernels.loads import markers
 from kanefe.kernels.values import tensors
 
 METRE, RADIAN = "m", "rad"
@@ -55,8 +56,9 @@ Wrenches = tuple[Vector, Vector, Vector, Vector]
 """Force and moment on a, then force and moment on b."""
 
 
-def _motion(end: MarkerMotion) -> EndMotion:
-    return EndMotion(tensors.Vector(*end.p), tensors.Matrix(*end.A.flat), *(tensors.Vector(*part) for part in end[2:]))
+def _motion(end: MarkerMotion) -> markers.MarkerMotion:
+    rest = (tensors.Vector(*part) for part in end[2:])
+    return markers.MarkerMotion(tensors.Vector(*end.p), tensors.Matrix(*end.A.flat), *rest)
 
 
 class _OfMarkers:

@@ -83,7 +83,7 @@ class Link:
     Attributes
     ----------
     kind : int
-        Kind of link in `kanefe.kernels.layout`.
+        Kind of link in `kanefe.kernels.tree.Kind`.
     axis : ndarray, shape (3,)
         Unit vector.
     along, about : float

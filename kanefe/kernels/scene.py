@@ -165,6 +165,22 @@ class Sizes(Record, is_frozen=True):
     state_count: int
 
 
+class FlexibleSizes(Record, is_frozen=True):
+    """Of flexible bodies: of `FlexibleTables.sizes`.
+
+    Attributes
+    ----------
+    modal, border : int
+        Numbers of the modal and of the border work.
+    measure : int
+        How slopes of interfaces are read: `kanefe.kernels.sweeps.slopes.Slopes`.
+    """
+
+    modal: int
+    border: int
+    measure: int
+
+
 @inlined
 def state_in(tables: Any, t: float, y: np.ndarray, drives: np.ndarray, inputs: np.ndarray) -> State:
     """Return the parts of a state ``(q, u, z, ...)``, of `Tables` or those in the plane."""

@@ -27,7 +27,7 @@ class Tables(NamedTuple):
     laws : ndarray
         `kanefe.kernels.loads.coordinate_law.CoordinateLaw`.
     sizes : ndarray of int
-        Coordinates, free speeds, driven coordinates, internal states of loads.
+        `kanefe.kernels.scene.Sizes`.
     numbers : ndarray
         Constants of all given links.
     """
@@ -57,7 +57,7 @@ class FlexibleTables(NamedTuple):
     fields : ndarray of int
         Distributed loads: `kanefe.kernels.loads.point_and_field_loads.Traction`.
     sizes : ndarray of int
-        Modal work, border work, slope measure.
+        `kanefe.kernels.scene.FlexibleSizes`.
     """
 
     bodies: IntegerRows
@@ -148,16 +148,13 @@ class RigidPoints(NamedTuple):
 
     Attributes
     ----------
-    places : ndarray of int, shape (n, POINT_INTEGERS)
-    markers : ndarray, shape (2 n, MARKER_NUMBERS)
-        Of the surface and of the probe of each.
-    numbers : ndarray, shape (n, POINT_CONSTANTS)
+    places, numbers : ndarray
+        `kanefe.kernels.contact.rigid_points.RigidPoint`.
     shapes : ndarray
         Kind and numbers of each surface.
     """
 
     places: IntegerRows
-    markers: RealRows
     numbers: RealRows
     shapes: Reals
 

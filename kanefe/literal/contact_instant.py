@@ -52,9 +52,12 @@ class LiteralInstant:
         return np.array([[kind.get(key, np.inf) for kind in found] for key in self._keys])
 
     def meetings(self) -> Matrix:
-        """Return where points meet their surfaces, (points, 22)."""
-        found = (meetings(self._state)[c][i] for c, i in self._keys)
-        return np.array([(m.gap, *m.place, *m.point, *m.axes.ravel(), *m.rates, *m.remainder) for m in found])
+        """Return where points meet their surfaces, and the axes of these in N, (points, 31)."""
+        state = self._state
+        found = [(meetings(state)[c][i], state.marker(state.model.rigid_contact(c).ends[0])) for c, i in self._keys]
+        return np.array(
+            [(m.gap, *m.place, *m.point, *m.axes.flat, *m.rates, *m.remainder, *a.A_NF.flat) for m, a in found]
+        )
 
     def accelerations(self) -> Vector:
         """Return du with all contacts open."""
@@ -71,7 +74,6 @@ class LiteralInstant:
             G=J[:, :n] @ X,
             b=J[:, :n] @ du + J[:, n:] @ driven + np.concatenate(remainder),
             speeds=X.T,
-            axes=np.array([state.marker(state.model.rigid_contact(c).ends[0]).A_NF.ravel() for c, _ in keys]),
             sizes=moved @ np.abs(state.full[: J.shape[1]]),
             accelerated=moved @ np.abs(np.append(du, driven)),
         )

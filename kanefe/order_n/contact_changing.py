@@ -9,18 +9,19 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.compiler.filling import fill_nothing
 from kanefe.kernels.compiler.python_calls import PythonCall
-from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
+from kanefe.kernels.evaluation.momenta import Balance
 from kanefe.kernels.events.watched_run import ContactCalls
 from kanefe.kernels.impacts.contact_changes import change_contacts
-from kanefe.kernels.impacts.contact_questions import ASKED, report_count
+from kanefe.kernels.impacts.contact_questions import inquiry_of
 from kanefe.kernels.impacts.decision import Asked, Decision, Look, decision_of
 from kanefe.kernels.impacts.moments import ContactScene, look_at_points
-from kanefe.kernels.sweeps.drives import PIECE_NUMBERS, Drives
+from kanefe.kernels.loads.telling import States
+from kanefe.kernels.sweeps.drives import Drives, Piece
 from kanefe.order_n.contact_watching import ContactLook
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.contact_changes import ContactDecider, asking_of
 
-NO_DRIVES = Drives(np.zeros((0, 2), dtype=np.int64), np.zeros((0, PIECE_NUMBERS)), np.zeros((0, 2)), fill_nothing)
+NO_DRIVES = Drives(np.zeros((0, 2), dtype=np.int64), np.zeros((0, Piece.number_count)), np.zeros((0, 2)), fill_nothing)
 """Motions that are not written in compiled code."""
 
 
@@ -39,15 +40,14 @@ def contact_calls(route: Evaluated, motions: Drives, held: np.ndarray, y: Vector
     """
     look, size, driven = ContactLook(route), len(y), len(route.model.drives)
     points = len(route.loops.points.places)
-    asked, reports = np.zeros(ASKED), np.zeros((report_count(points), 2))
-    decision = decision_of(points, route.model.free_count, look.vectors.shape[1])
+    inquiry, decision = inquiry_of(points), decision_of(points, route.model.free_count, look.vectors.shape[1])
     looking = look_at_points.bound(_scene_of(route, look, motions, route.fill, held), decision, y).prepared()
     asking = asking_of(route.loops.points, looking, decision, look.looked.first_state)
-    changing = change_contacts.bound(asking, decision, asked, y, reports).prepared()
-    times, drives, inputs = np.zeros(2), np.zeros((2, driven, 3)), np.zeros((2, len(held)))
-    arrays = times, drives, inputs, np.zeros((2, size)), np.zeros((2, BALANCE_NUMBERS))
-    balancing = route.balances.prepared(*arrays, np.zeros(route.memory_size))
-    return ContactCalls(changing.for_kernels(), asked, reports, balancing.for_kernels(), *arrays)
+    changing = change_contacts.bound(asking, decision, inquiry, y).prepared()
+    states = States(np.zeros(2), np.zeros((2, driven, 3)), np.zeros((2, len(held))), np.zeros((2, size)))
+    balances = np.zeros((2, Balance.number_count))
+    balancing = route.balances.prepared(states, balances, np.zeros(route.memory_size))
+    return ContactCalls(changing.for_kernels(), inquiry, balancing.for_kernels(), states, balances)
 
 
 def _scene_of(route: Evaluated, look: ContactLook, motions: Drives, fill: Any, held: np.ndarray) -> ContactScene:

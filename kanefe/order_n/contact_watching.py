@@ -6,23 +6,17 @@ import numpy as np
 
 from kanefe.kernels.compiler.arrays import NOT_CALLED
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
-from kanefe.kernels.constraints.contact_margins import (
-    GAP,
-    LEFT_OF_SLIP,
-    NEVER,
-    NORMAL,
-    SLIP_MARGIN,
-    Looked,
-    Watched,
-    watch_contacts,
-)
+from kanefe.kernels.constraints.contact_margins import LeastMargins, Looked, watch_contacts
 from kanefe.kernels.evaluation.evaluation import AT_TIME
+from kanefe.kernels.loads.telling import States
 from kanefe.kernels.scene import work_in
 from kanefe.kernels.steppers.step_commands import SLOPE
+from kanefe.kernels.values.records import column
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
 
-COLUMNS = {"never": NEVER, "touch": GAP, "lift": NORMAL, "slip": SLIP_MARGIN, "stick": LEFT_OF_SLIP}
+NAMES = {"never": "never", "touch": "gap", "lift": "normal", "slip": "slip_margin", "stick": "left_of_slip"}
+COLUMNS = {kind: column(LeastMargins, name) for kind, name in NAMES.items()}
 """Columns of what happens to rigid contacts."""
 
 
@@ -51,7 +45,7 @@ class ContactLook:
             drives=self.drives,
             inputs=self.inputs,
             vectors=self.vectors,
-            work=self.workspace.frames.numbers,
+            frames=self.workspace.frames.numbers,
             multipliers=self.workspace.multipliers,
             holding=self.workspace.holding,
         )
@@ -59,10 +53,10 @@ class ContactLook:
 
 def watching_contacts(route: Evaluated) -> Bound:
     """Return the kernel that writes margins, of a scene."""
-    return watch_contacts.bound(LATER, LATER, route.scene, LATER)
+    return watch_contacts.bound(LATER, LATER, route.scene, LATER, LATER)
 
 
-def watching_call(route: Evaluated, watching: Bound, loads: Call | None, watched: Watched) -> Call:
+def watching_call(route: Evaluated, watching: Bound, loads: Call | None, states: States, found: np.ndarray) -> Call:
     """Return the call that writes the values of loads, by a call of their own, and then those of rigid contacts."""
     of_loads = NOT_CALLED if loads is None else loads.for_kernels()
-    return watching.prepared(ContactLook(route).looked, of_loads, watched)
+    return watching.prepared(ContactLook(route).looked, of_loads, states, found)

@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.evaluation.evaluation import scene_of
-from kanefe.kernels.evaluation.force_tables import WIDTH, force_memory_size
+from kanefe.kernels.evaluation.force_tables import force_memory_size
 from kanefe.kernels.evaluation.forces import Evaluated, States, forces_of_states
 from kanefe.kernels.scene import Scene
 from kanefe.order_n.rates_kernel import RatesKernel
@@ -52,8 +52,8 @@ class ForceKernel:
         self, times: Vector, driven: np.ndarray, values: Matrix, states: Matrix, rates: Matrix
     ) -> tuple[Call, Matrix, Vector]:
         """Return the call for some states, what it writes, and whether that is told; `rates` are known, or no rows."""
-        places, call = self.told.tables.places, self._evaluation.new_call()
-        found, is_told = np.zeros((len(states), int(places[WIDTH]))), np.zeros(len(states), dtype=np.int64)
+        call = self._evaluation.new_call()
+        found, is_told = np.zeros((len(states), self.told.told.size)), np.zeros(len(states), dtype=np.int64)
         memory = call.call.arguments[-1]
         evaluated = Evaluated(call.call.for_kernels(), self._evaluated, call.drives, call.inputs, call.vectors, memory)
         told = States(times, driven, values, states, rates)

@@ -12,7 +12,7 @@ from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.constraints.closing import closing_memory_size
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.decision import decision_of
-from kanefe.kernels.impacts.march import NEW, NEXT, OLD, ImpactScene, March, Progress
+from kanefe.kernels.impacts.march import ImpactScene, March, Progress
 from kanefe.kernels.impacts.moments import ContactScene, look_at_points
 from kanefe.kernels.impacts.step_impulses import Tried, closed_points, step_of
 from kanefe.kernels.impacts.time_stepping import march_over_impacts
@@ -55,9 +55,9 @@ class ImpactSteps:
         closing = ClosingCall(bool(model.constraints), call, motions, drives, closed)
         integers, reals = allocate(Progress)
         self._step = step_of(points, decision.problem, asking.solving, decision.now.G)
-        self._ends, self._progress = np.zeros((3, size)), Progress(integers, reals)
+        (self._old, self._new, self._tried), self._progress = np.zeros((3, size)), Progress(integers, reals)
         self._progress.too_deep = too_deep
-        march = March(integers, reals, told, self._ends, self._step, at, *bends)
+        march = March(integers, reals, told, self._old, self._new, self._tried, self._step, at, *bends)
         impacts = ImpactScene(asking, look.looked, closing, *tables)
         self._marching = march_over_impacts.bound(impacts, decision, march, LATER, LATER)
 
@@ -80,15 +80,15 @@ class ImpactSteps:
         at = self._progress
         at.most, at.steps, at.passed = min(most, 2**40), 0, 0
         at.time, at.time_old, at.length, at.stop = t, t, length, stop
-        self._ends[NEW] = self._ends[OLD] = y
+        self._new[:] = self._old[:] = y
         self._held[:] = self._route.inputs.begun(self._route.parts(y)[2])
         return self._marching(times, states), at.steps, at.passed
 
     @property
     def last(self) -> tuple[float, Vector, float, Vector]:
         """Times (s) and states between which the last step went."""
-        at, ends = self._progress, self._ends
-        return float(at.time_old), ends[OLD].copy(), float(at.time), ends[NEW].copy()
+        at = self._progress
+        return float(at.time_old), self._old.copy(), float(at.time), self._new.copy()
 
     @property
     def tried(self) -> Stepped:
@@ -97,5 +97,5 @@ class ImpactSteps:
         pushes = np.array([one.impulse.numbers for one in closed]).ravel()
         told = Tried(self._step.tried, self._step.told)
         depth, left, approach, bend = (float(one) for one in (told.depth, told.residual, told.approach, told.bend))
-        pressed, y = [keys[one.point] for one in closed], self._ends[NEXT].copy()
+        pressed, y = [keys[one.point] for one in closed], self._tried.copy()
         return Stepped(y, pushes, pressed, depth, left, approach, bend, int(told.lowered))

@@ -198,7 +198,7 @@ class OrderN(LiteralRoute):
     @cached_property
     def balances(self) -> Bound:
         """What tells energies and momenta: see `kanefe.kernels.evaluation.momenta.balances_of_states`."""
-        return balances_of_states.bound(self.scene, *(LATER,) * 6)
+        return balances_of_states.bound(self.scene, *(LATER,) * 3)
 
     @cached_property
     def watching(self) -> Watching:

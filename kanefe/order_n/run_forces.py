@@ -10,18 +10,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, moved_to
 from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
-from kanefe.kernels.evaluation.force_tables import (
-    CONTACTS,
-    DRIVING,
-    ENDS,
-    GEAR_FORCES,
-    LOOP_FORCES,
-    PARTS,
-    POINTS,
-    REACTIONS,
-    WIDTH,
-    WRENCH,
-)
+from kanefe.kernels.force_elements.places import WRENCH
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.neighbours import LOAD, parts_of
 from kanefe.tree.run_sweeps import FrameMotions
@@ -57,7 +46,7 @@ class CompiledForces:
         motion: Callable[[int], FrameMotions],
     ) -> None:
         self._route, self._times, self._drives, self._states, self._rates = route, times, drives, states, rates
-        self._motion, self._tables = motion, route.force_kernel.told.tables
+        self._motion = motion
         self._held: dict[int, tuple[HeldForces, Matrix]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -92,31 +81,31 @@ class CompiledForces:
             found[rest] = tell(self._of_rest)
         return found
 
-    def _block(self, first: int, last: int) -> Matrix:
-        return self._found[0][:, int(self._tables.places[first]) : int(self._tables.places[last])]
+    def _block(self, forces: str) -> Matrix:
+        return self._route.force_kernel.told.block(self._found[0], forces)
 
     @cached_property
     def reactions(self) -> np.ndarray:
         """Wrench of each joint on its body, (T, bodies, 6)."""
-        found = self._block(REACTIONS, DRIVING).reshape(len(self._times), -1, WRENCH)
+        found = self._block("reactions").reshape(len(self._times), -1, WRENCH)
         return self._with_rest(found, lambda rest: rest.reactions)
 
     @cached_property
     def driving(self) -> Matrix:
         """Forces on the driven coordinates, (T, driven)."""
-        found = self._block(DRIVING, LOOP_FORCES)
+        found = self._block("driving")
         return self._with_rest(found, lambda rest: rest.driving)
 
     @cached_property
     def loops(self) -> np.ndarray:
         """Wrench of each constraint with two ends on its end b, (T, loops, 6)."""
-        found = self._block(LOOP_FORCES, GEAR_FORCES).reshape(len(self._times), -1, WRENCH)
+        found = self._block("loops").reshape(len(self._times), -1, WRENCH)
         return self._with_rest(found, lambda rest: rest.loops)
 
     @cached_property
     def gears(self) -> Matrix:
         """Force of each gear on each coordinate that it couples, (T, coordinates of all gears)."""
-        return self._with_rest(self._block(GEAR_FORCES, PARTS), lambda rest: rest.gears)
+        return self._with_rest(self._block("gears"), lambda rest: rest.gears)
 
     def part(self, number: int) -> Matrix:
         """Return a part of the force at an interface, by its number among `parts_of`, (T, 6)."""
@@ -134,7 +123,7 @@ class CompiledForces:
         return self._with_rest(found, lambda rest: rest.part(number))
 
     def _told_part(self, number: int) -> Matrix:
-        return self._block(PARTS, ENDS)[:, WRENCH * number : WRENCH * (number + 1)].copy()
+        return self._block("parts")[:, WRENCH * number : WRENCH * (number + 1)].copy()
 
     def _of_carrier(self, number: int) -> Matrix:
         """Return what holds an interface among others that share forces, (T, 6)."""
@@ -160,7 +149,7 @@ class CompiledForces:
                 self._states,
                 self._found[0][:, n : n + model.free_count],
                 self._motion(place.body),
-                self._block(REACTIONS, DRIVING)[:, WRENCH * place.body : WRENCH * (place.body + 1)],
+                self._block("reactions")[:, WRENCH * place.body : WRENCH * (place.body + 1)],
                 at_interface,
                 self._told_end,
             )
@@ -175,16 +164,16 @@ class CompiledForces:
 
     def _told_end(self, number: int, end: int) -> Matrix:
         first = WRENCH * (self._route.force_kernel.told.first_ends[number] + end)
-        return self._block(ENDS, CONTACTS)[:, first : first + WRENCH].copy()
+        return self._block("ends")[:, first : first + WRENCH].copy()
 
     def contact(self, number: int) -> Matrix:
         """Return the outputs of a rigid contact, by its number among these, (T, 12)."""
-        found = self._block(CONTACTS, POINTS)[:, CONTACT_OUTPUTS * number : CONTACT_OUTPUTS * (number + 1)].copy()
+        found = self._block("contacts")[:, CONTACT_OUTPUTS * number : CONTACT_OUTPUTS * (number + 1)].copy()
         return self._with_rest(found, lambda rest: rest.contact(number))
 
     def contact_points(self, number: int) -> np.ndarray:
         """Return those of its points, (T, points, 12)."""
         told = self._route.force_kernel.told
         first, last = told.first_points[number], told.first_points[number + 1]
-        found = self._block(POINTS, WIDTH).reshape(len(self._times), -1, POINT_OUTPUTS)[:, first:last].copy()
+        found = self._block("points").reshape(len(self._times), -1, POINT_OUTPUTS)[:, first:last].copy()
         return self._with_rest(found, lambda rest: rest.contact_points(number))

@@ -15,8 +15,9 @@ from kanefe.frames import (
     euler_parameters_from_matrix,
     multiply,
 )
-from kanefe.kernels.evaluation.momenta import BALANCE_NUMBERS
+from kanefe.kernels.evaluation.momenta import Balance
 from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
+from kanefe.kernels.loads.telling import States
 from kanefe.kernels.scene import Scene, links_of, memory_size
 from kanefe.kernels.steppers.step_commands import Command, Run, Step
 from kanefe.kernels.sweeps.outward import motions_of_rows
@@ -213,9 +214,9 @@ class Sweeps:
     @cached_property
     def balances(self) -> Matrix:
         """Kinetic, elastic and gravity energy (J), linear and angular momentum about N's origin, (T, 9)."""
-        route, found = self._route, np.empty((len(self._times), BALANCE_NUMBERS))
+        route, found = self._route, np.empty((len(self._times), Balance.number_count))
         inputs = route.inputs.constants[None]
         if route.inputs.between:
             inputs = route.values_over(self._times, self._states)
-        route.balances(self._times, self._drives, inputs, self._states, found, np.empty(route.memory_size))
+        route.balances(States(self._times, self._drives, inputs, self._states), found, np.empty(route.memory_size))
         return found

@@ -8,7 +8,7 @@ import numpy as np
 
 from kanefe.frames import Matrix
 from kanefe.kernels.compiler.entries import LATER, Bound, Call
-from kanefe.kernels.constraints.contact_margins import MARGINS, Watched
+from kanefe.kernels.constraints.contact_margins import LeastMargins
 from kanefe.kernels.constraints.loop_tables import no_loops
 from kanefe.kernels.evaluation.evaluation import scene_of
 from kanefe.kernels.loads.reach import ReachSizes
@@ -55,7 +55,7 @@ class Watching:
         self._far = np.concatenate((*(far_values(route.places, i) for i in numbers), np.zeros((0, 2))))
         width = int(self._counts.sum())
         self.contact_columns = {kind: width + at for kind, at in COLUMNS.items()} if route.model.rigid_contacts else {}
-        self._width = width + (MARGINS if self.contact_columns else 0)
+        self._width = width + (LeastMargins.number_count if self.contact_columns else 0)
         self.rows = {number: row for row, number in enumerate(numbers)}
         has_inputs = any(number in self.rows for _, number in route.inputs.between)
         self._needs_inputs = has_inputs or bool(route.model.rigid_contacts)  # forces of these depend on all loads
@@ -89,14 +89,14 @@ class Watching:
         """Return the call of the kernel with arrays that stay where they are, and where it writes values and `near`."""
         route = self._route
         found, near = np.empty((len(times), self._width)), np.zeros(len(self.rows))
-        given = Watched(times, drives, inputs, states, found)
+        given = States(times, drives, inputs, states)
         if self.contact_columns and not self.columns:
-            return watching_call(route, self._of_contacts, None, given), found, near
+            return watching_call(route, self._of_contacts, None, given, found), found, near
         memory, looks = np.empty(memory_size(self._scene)), Looks(change, only, found, near)
-        of_loads = self._bound.prepared(States(times, drives, inputs, states), looks, memory)
+        of_loads = self._bound.prepared(given, looks, memory)
         if not self.contact_columns:
             return of_loads, found, near
-        return watching_call(route, self._of_contacts, of_loads, given), found, near
+        return watching_call(route, self._of_contacts, of_loads, given, found), found, near
 
     @cached_property
     def _of_contacts(self) -> Bound:

@@ -15,21 +15,13 @@ from kanefe.kernels.compiler.python_calls import PythonCall
 from kanefe.kernels.impacts.cones import Cones, solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
 from kanefe.kernels.impacts.contact_questions import (
-    ASKED,
-    BLUR,
-    BY_ORDER,
-    BY_POISSON,
-    GAINED,
-    IS_DECIDED,
-    NO_IMPULSES,
-    PARADOX,
-    REPORT_COUNT,
     REPORTED,
-    START,
-    TELLS_GAINS,
-    UNKNOWN,
-    WHY_NOT,
-    report_count,
+    Asks,
+    Reported,
+    Reports,
+    WhyNot,
+    inquiry_of,
+    question_of,
 )
 from kanefe.kernels.impacts.decision import Asked, Asking, Decision, Look, Status, decision_of, points_of
 from kanefe.kernels.tables import RigidPoints
@@ -71,8 +63,6 @@ class Responses(NamedTuple):
         Accelerations of the points along the normal and both directions of the surface by the forces, and without any.
     speeds : ndarray, shape (3 k, free)
         Accelerations of the free speeds by the forces.
-    axes : ndarray, shape (k, 9)
-        Of the surfaces, from them to N.
     sizes, accelerated : ndarray, shape (k,)
         Sums of the speeds (m/s) and accelerations (m/s2) that a point has by each of the speeds of the scene.
     """
@@ -80,7 +70,6 @@ class Responses(NamedTuple):
     G: Matrix
     b: Vector
     speeds: Matrix
-    axes: Matrix
     sizes: Vector
     accelerated: Vector
 
@@ -122,14 +111,13 @@ def _look(
         found, rows = instant.responses(points.tolist()), (3 * points[:, None] + np.arange(3)).ravel()
         moment.met[:, :-3] = instant.meetings()
         moment.G[np.ix_(rows, rows)], moment.b[rows], moment.responses[rows] = found.G, found.b, found.speeds
-        moment.axes[points], moment.sizes[points] = found.axes, found.sizes
-        moment.accelerated[points] = found.accelerated
+        moment.sizes[points], moment.accelerated[points] = found.sizes, found.accelerated
     asked.is_known = True
 
 
 def touched(route: AsksContacts, t: float, y: Vector, span: float, stop: float, rtol: float) -> Vector:
     """Return a state with what touches in it known, after impacts, as a run begins."""
-    found = route.asked_contacts(START, t, y, span, stop, rtol).changed()
+    found = route.asked_contacts(Asks.START, t, y, span, stop, rtol).changed()
     found.told.warn()
     route.warns_at_start = route.warns_at_start or bool(found.told.warnings)
     return found.y
@@ -185,10 +173,11 @@ class ContactDecider:
         self._model, first = model, model.coordinate_count + model.free_count
         self.y = np.zeros(first + model.state_count)
         self._decision = decision_of(len(points.places), model.free_count, size or len(self.y))
-        self._asked, self._reports = np.zeros(ASKED), np.zeros((report_count(len(points.places)), 2))
+        self._inquiry = inquiry_of(len(points.places))
+        self._asked = question_of(self._inquiry)
         self._look = look(self._decision, self.y)
         asking = asking_of(points, self._look, self._decision, first)
-        self._changing = change_contacts.bound(asking, self._decision, self._asked, self.y, self._reports).prepared()
+        self._changing = change_contacts.bound(asking, self._decision, self._inquiry, self.y).prepared()
 
     def ask(self, what: int, t: float, y: Vector, span: float = 0.0, stop: float = np.inf, rtol: float = 0.0) -> bool:
         """Ask what follows an event at a state (q, u, z), or for margins; return whether the scene says that.
@@ -196,7 +185,7 @@ class ContactDecider:
         Parameters
         ----------
         what : int
-            Of `kanefe.kernels.impacts.contact_questions`; START: what touches is not known yet.
+            Of `kanefe.kernels.impacts.contact_questions.Asks`; START: what touches is not known yet.
         t : float
             s.
         y : ndarray
@@ -209,14 +198,13 @@ class ContactDecider:
             Of the run: the share of speeds, or of the scene's length in a second, that it does not resolve.
         """
         self.y[:] = y[: len(self.y)]
-        self._asked[:] = 0.0
-        self._asked[:TELLS_GAINS] = what, t, span, stop, rtol, moving_length(self._model)
-        self._asked[TELLS_GAINS] = 1.0
-        self._t = t
+        asked, self._t = self._asked, t
+        asked.what, asked.reports, asked.tells_gains = what, 0, True
+        asked.when, asked.span, asked.stop, asked.rtol, asked.length = t, span, stop, rtol, moving_length(self._model)
         self._changing()
         if isinstance(self._look, PythonCall):
             self._look.raise_again()
-        return bool(self._asked[IS_DECIDED]) or int(self._asked[WHY_NOT]) != UNKNOWN
+        return asked.why_not != WhyNot.UNKNOWN
 
     @property
     def margins(self) -> Matrix:
@@ -227,7 +215,8 @@ class ContactDecider:
     @property
     def blurs(self) -> tuple[float, ...]:
         """How far they may be below zero by round-off."""
-        return tuple(self._asked[BLUR:].tolist())
+        blurs = self._asked.blurs
+        return tuple(float(getattr(blurs, name)) for name in blurs.fields)
 
     def changed(self) -> Changed:
         """Return what follows.
@@ -237,19 +226,20 @@ class ContactDecider:
         SimulationError
             If contacts have no impulses, or no forces that fit (Painleve's paradox).
         """
-        if not self._asked[IS_DECIDED]:
-            raise self._refusal(int(self._asked[WHY_NOT]))
+        if self._asked.why_not != WhyNot.FOUND:
+            raise self._refusal(self._asked.why_not)
         model, told = self._model, ToldImpacts()
-        reports = [(t, int(code)) for t, code in self._reports[: int(self._asked[REPORT_COUNT])].tolist()]
+        told_first = list(Reports(self._inquiry.reports))[: self._asked.reports]
+        reports = [(float(one.t), int(one.code)) for one in told_first]
         for _, code in reports:
             contact, what = divmod(code, REPORTED)
-            if contact < len(model.rigid_contacts) and what in (BY_POISSON, BY_ORDER):
-                note = told.was_by_poisson if what == BY_POISSON else told.was_by_order
+            if contact < len(model.rigid_contacts) and what in (Reported.BY_POISSON, Reported.BY_ORDER):
+                note = told.was_by_poisson if what == Reported.BY_POISSON else told.was_by_order
                 note([model.rigid_contact(contact).name], self._t)
         points = list(zip(points_of_contacts(model), points_of(self._decision), strict=True))
-        if self._asked[GAINED] > 0.0:
+        if self._asked.gained > 0.0:
             names = sorted({model.rigid_contact(c).name for (c, _), one in points if one.takes_part and one.gains})
-            told.adding.append((self._t, tuple(names), float(self._asked[GAINED])))
+            told.adding.append((self._t, tuple(names), float(self._asked.gained)))
         titles = sorted({model.rigid_contact(c).title for (c, _), one in points if one.takes_part and one.is_concerned})
         return Changed(self.y.copy(), reports, titles, told)
 
@@ -257,10 +247,10 @@ class ContactDecider:
         model, remedy = self._model, "Remedy: less friction, or compliant contacts, kanefe.HuntCrossley(...)"
         points = zip(points_of_contacts(model), points_of(self._decision), strict=True)
         taking = [(model.rigid_contact(c).title, one) for (c, _), one in points if one.takes_part]
-        if why == PARADOX:
+        if why == WhyNot.PARADOX:
             c, i = points_of_contacts(model)[int(self._decision.alone[0])]
             return paradox(model.rigid_contact(c).title, i, self._t)
-        if why == NO_IMPULSES:
+        if why == WhyNot.NO_IMPULSES:
             names = ", ".join(sorted({title for title, _ in taking}))
             return SimulationError(
                 f"at t = {self._t:.6g} s the impact on {names} has no impulses that were found. {remedy}"

@@ -7,21 +7,14 @@ from collections.abc import Callable
 import numpy as np
 
 from kanefe.bodies.marker import Marker
-from kanefe.kernels.contact.falling import SteadyNumbers
-from kanefe.kernels.contact.rigid_points import (
-    POINT_CONSTANTS,
-    POINT_INTEGERS,
-    PointConstants,
-    no_rigid_points,
-)
-from kanefe.kernels.force_elements.blocks import flat
-from kanefe.kernels.loads.markers import MARKER_NUMBERS
+from kanefe.kernels.contact.rigid_points import GivenPoints, RigidPoint, no_rigid_points
 from kanefe.kernels.tables import RigidPoints
+from kanefe.kernels.values.tensors import Matrix, Vector
 from kanefe.tree.model_data import ModelData
 
 
 def rigid_points(
-    model: ModelData, end_of: Callable[[Marker], tuple[int, np.ndarray]] = lambda _: (-1, np.zeros(MARKER_NUMBERS))
+    model: ModelData, end_of: Callable[[Marker], tuple[int, np.ndarray]] = lambda _: (-1, np.zeros(12))
 ) -> RigidPoints:
     """Return the tables of all points, contact by contact; without rows of markers for who has none."""
     if not model.rigid_contacts:
@@ -29,28 +22,28 @@ def rigid_points(
     from kanefe.contact.rigid.rigid import IMPACT_LAWS
     from kanefe.contact.rigid.rigid_contact import EACH, REPORTED_CHANGES
 
-    places, markers, numbers, shapes = [], list[np.ndarray](), list[np.ndarray](), list[float]()
+    count, shapes = len(points_of_contacts(model)), list[float]()
+    places, numbers = np.zeros((count, RigidPoint.integer_count), np.int64), np.zeros((count, RigidPoint.number_count))
+    points = iter(GivenPoints(places, numbers))
     for number, load in enumerate(model.rigid_contacts):
         contact, first = model.rigid_contact(number), model.load_states[load].start
-        ends = [end_of(marker) for marker in contact.ends]
+        ends, law = [end_of(marker) for marker in contact.ends], contact.law
         for i, (end, probe) in enumerate(contact.probes):
-            status = first + REPORTED_CHANGES + EACH * i
-            nature = int(contact.friction is not None), int(contact.has_mark(i))
-            told = IMPACT_LAWS.index(contact.law.impact), int(contact.reports_points)
-            places.append((ends[0][0], ends[end][0], status, len(shapes), *nature, first, number, *told))
-            markers += [ends[0][1], ends[end][1]]
-            friction = contact.friction
-            steady = SteadyNumbers(0.0, 0.0) if friction is None else friction.steady
-            own = probe.point, probe.radius, probe.ring, probe.axis, probe.share
-            law = contact.law.restitution, contact.law.stiffness, contact.law.exponent
-            numbers.append(flat(PointConstants(*own, *law, contact.belt, steady)))
+            own = next(points)
+            for marker, (row, placed) in ((own.surface, ends[0]), (own.probe, ends[end])):
+                marker.row, marker.point, marker.axes = row, Vector(*placed[:3]), Matrix(*placed[3:])
+            own.status, own.first_state, own.shape = first + REPORTED_CHANGES + EACH * i, first, len(shapes)
+            own.contact, own.law = number, IMPACT_LAWS.index(law.impact)
+            own.rubs, own.has_mark = contact.friction is not None, contact.has_mark(i)
+            own.tells = contact.reports_points
+            own.point, own.axis, own.belt = Vector(*probe.point), Vector(*probe.axis), Vector(*contact.belt)
+            own.radius, own.ring, own.share = probe.radius, probe.ring, probe.share
+            own.restitution, own.stiffness, own.exponent = law.restitution, law.stiffness, law.exponent
+            if contact.friction is not None:
+                for name in own.friction.fields:
+                    setattr(own.friction, name, getattr(contact.friction.steady, name))
         shapes += [float(contact.shape.kind), *contact.shape.numbers.tolist()]
-    return RigidPoints(
-        places=np.array(places, dtype=np.int64).reshape(-1, POINT_INTEGERS),
-        markers=np.array(markers).reshape(-1, MARKER_NUMBERS),
-        numbers=np.array(numbers).reshape(-1, POINT_CONSTANTS),
-        shapes=np.array(shapes, dtype=float),
-    )
+    return RigidPoints(places, numbers, np.array(shapes, dtype=float))
 
 
 def points_of_contacts(model: ModelData) -> list[tuple[int, int]]:

@@ -17,7 +17,7 @@ from benchmarks.work_precision.steel_bar import FREE_MODES, bar_model
 from exact_accelerations import exact_accelerations, is_extended
 from kanefe.equations.model import Model
 from kanefe.joints import JointFriction
-from kanefe.kernels.layout import COUNT, POOL, POOL_STIFFNESS
+from kanefe.kernels.bodies import ModalBodies
 from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.system import System
 
@@ -173,9 +173,8 @@ def _products(model: Model) -> Callable[[int], None]:
 
     product = dispatcher(transposed_product)
     flexible = model.route.flexible
-    k = int(flexible.bodies[0, COUNT])
-    start = int(flexible.bodies[0, POOL]) + POOL_STIFFNESS + 13 * k
-    matrices = flexible.pool[start : start + 9 * k * k].reshape(k, 9 * k)
+    body = ModalBodies(flexible.bodies, flexible.pool, np.zeros(0))[0]
+    k, matrices = body.k, body.products
     eta, deta = np.random.default_rng(0).standard_normal((2, k))
     of_eta, of_deta = np.empty(9 * k), np.empty(3 * k)
 

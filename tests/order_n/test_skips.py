@@ -20,7 +20,8 @@ from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.state import State
-from kanefe.kernels.layout import DAMPING
+from kanefe.kernels.bodies import ModalBody
+from kanefe.kernels.values.records import column
 from kanefe.literal.route import LiteralRoute
 from kanefe.order_n.route import OrderN
 from order_n_rates import order_n
@@ -72,13 +73,13 @@ def test_the_motion_is_that_of_the_scene_that_skips_nothing(name: str) -> None:
 
 def test_without_damping_the_product_would_be_zero() -> None:
     model = chain(**FREE)
-    assert order_n(model).flexible.bodies[0, DAMPING] == -1
+    assert order_n(model).flexible.bodies[0, column(ModalBody, "damped")] == -1
     y = np.concatenate((*random_state(model, 1), np.zeros(2)))
     expected = order_n(model).held_rates(0.0, y)[0]
     other = OrderN(model)
     bodies, pool = other.flexible.bodies.copy(), other.flexible.pool
     k = model.flexible_terms("arm").body.free_count
-    bodies[0, DAMPING] = len(pool)
+    bodies[0, column(ModalBody, "damped")] = len(pool)
     other.flexible = other.flexible._replace(bodies=bodies, pool=np.concatenate((pool, np.zeros(k * k))))
     np.testing.assert_allclose(other.held_rates(0.0, y)[0], expected, rtol=1e-13, atol=1e-13 * abs(expected).max())
 

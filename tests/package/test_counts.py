@@ -23,8 +23,8 @@ PARAMETERS, FUNCTION_LINES = (6, 8), (40, 60, 80)
 """Numbers of parameters of kernels, and of lines of code of functions, above which they are counted."""
 
 LIMITS = {
-    "constants of kernels": 650,
-    "lines of imports of kernels": 2700,
+    "constants of kernels": 440,
+    "lines of imports of kernels": 2560,
     "kernels above 8 parameters": 0,
     "kernels above 6 parameters": 18,
     "functions above 40 lines of code": 9,
@@ -35,13 +35,13 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 32110,
-    "integrate": 11262,
+    "kernels": 31915,
+    "integrate": 11245,
     "linear": 10700,
     "imports": 7808,
     "kane": 2078,
     "literal": 1270,
-    "order_n": 4739,
+    "order_n": 4735,
     "loads": 4052,
     "contact": 3622,
     "joints": 3724,
@@ -54,7 +54,7 @@ ROOMS = {
     "environment": 2836,
     "scene": 2816,
     "reduction": 2788,
-    "tree": 3182,
+    "tree": 3165,
     "storage": 2304,
     "robots": 2214,
     "fmu": 1488,

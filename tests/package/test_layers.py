@@ -100,7 +100,7 @@ TRESPASSES = [
     ("kanefe/loads/spring.py", FOR_TYPES, "kanefe.tree.freeze", "build_model"),
     ("kanefe/constraints/rows.py", FUNCTION, "kanefe.loads.spring", "Spring"),  # a room of the same layer
     ("kanefe/joints/revolute.py", FUNCTION, "kanefe_fem.beams.body", "beam_body"),
-    ("kanefe_fem/mesh/mesh.py", FUNCTION, "kanefe.kernels.layout", "COUNT"),
+    ("kanefe_fem/mesh/mesh.py", FUNCTION, "kanefe.kernels.tables", "Tables"),
 ]
 
 

@@ -9,37 +9,15 @@ import numpy as np
 
 import kanefe as kf
 from kanefe.contact.rigid.rigid import IMPACT_LAWS
-from kanefe.contact.rigid.rigid_contact import EACH, REPORTED_CHANGES
+from kanefe.contact.rigid.rigid_contact import EACH, REPORTED_CHANGES, TAKEN
 from kanefe.equations.model import Model
 from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import probe_forces
 from kanefe.kernels.compiler.python_calls import PythonCall
-from kanefe.kernels.contact.rigid_points import (
-    CONTACT,
-    FIRST_STATE,
-    HAS_FRICTION,
-    HOLDING,
-    LAW,
-    OF_POINT,
-    POINT_CONSTANTS,
-    POINT_INTEGERS,
-    STATUS,
-    TAKEN,
-    Meetings,
-)
+from kanefe.kernels.contact.rigid_points import GivenPoints, Meetings, RigidPoint
 from kanefe.kernels.impacts.cones import Cones, Wanted, problem_of, solve_one
 from kanefe.kernels.impacts.contact_changes import change_contacts
-from kanefe.kernels.impacts.contact_questions import (
-    ASKED,
-    GAINED,
-    LENGTH,
-    NO_IMPULSES,
-    START,
-    TELLS_GAINS,
-    WHAT,
-    WHY_NOT,
-    report_count,
-)
+from kanefe.kernels.impacts.contact_questions import Asks, WhyNot, inquiry_of, question_of
 from kanefe.kernels.impacts.decision import Asked, Look, decision_of, points_of
 from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.values.tensors import Vector
@@ -96,20 +74,14 @@ class Impact(NamedTuple):
 def impact(G: np.ndarray, rates: np.ndarray, laws: Sequence[kf.Rigid], mu: Sequence[float]) -> Impact | None:
     """Return the impact of contacts that meet at some rates, whose responses alone are known; None: none found."""
     k = len(laws)
-    places, numbers = np.zeros((k, POINT_INTEGERS), dtype=np.int64), np.zeros((k, POINT_CONSTANTS))
+    places, numbers = np.zeros((k, RigidPoint.integer_count), np.int64), np.zeros((k, RigidPoint.number_count))
     states = REPORTED_CHANGES + EACH
-    for i, (law, friction) in enumerate(zip(laws, mu, strict=True)):
-        places[i, [FIRST_STATE, STATUS, CONTACT]] = states * i, states * i + REPORTED_CHANGES, i
-        places[i, [LAW, HAS_FRICTION]] = IMPACT_LAWS.index(law.impact), friction > 0.0
-        own = [
-            int(OF_POINT.restitution),
-            int(OF_POINT.stiffness),
-            int(OF_POINT.exponent),
-            int(OF_POINT.friction),
-            HOLDING,
-        ]
-        numbers[i, own] = law.restitution, law.stiffness, law.exponent, friction, friction
-    points = RigidPoints(places, np.zeros((2 * k, 0)), numbers, np.zeros(0))
+    for i, (own, law, friction) in enumerate(zip(GivenPoints(places, numbers), laws, mu, strict=True)):
+        own.first_state, own.status, own.contact = states * i, states * i + REPORTED_CHANGES, i
+        own.law, own.rubs = IMPACT_LAWS.index(law.impact), friction > 0.0
+        own.restitution, own.stiffness, own.exponent = law.restitution, law.stiffness, law.exponent
+        own.friction.mu = own.friction.holding = friction
+    points = RigidPoints(places, numbers, np.zeros(0))
     decision, y = decision_of(k, 3 * k, (3 + states) * k), np.zeros((3 + states) * k)
 
     def look() -> None:
@@ -122,14 +94,15 @@ def impact(G: np.ndarray, rates: np.ndarray, laws: Sequence[kf.Rigid], mu: Seque
         now.G[:], now.responses[:], now.sizes[:] = G, np.eye(3 * k), np.abs(rates).max()
 
     call = PythonCall(look)
-    asked, reports = np.zeros(ASKED), np.zeros((report_count(k), 2))
-    asked[[WHAT, LENGTH, TELLS_GAINS]] = START, 1e-3, 1.0
-    change_contacts(asking_of(points, call, decision, 3 * k), decision, asked, y, reports)
+    inquiry = inquiry_of(k)
+    asked = question_of(inquiry)
+    asked.what, asked.length, asked.tells_gains = Asks.START, 1e-3, True
+    change_contacts(asking_of(points, call, decision, 3 * k), decision, inquiry, y)
     call.raise_again()
-    if asked[WHY_NOT] == NO_IMPULSES:
+    if asked.why_not == WhyNot.NO_IMPULSES:
         return None
     taken = y[3 * k :].reshape(k, -1)[:, TAKEN]
-    return Impact(y[: 3 * k], taken, float(asked[GAINED]), [int(one.group) for one in points_of(decision)])
+    return Impact(y[: 3 * k], taken, float(asked.gained), [int(one.group) for one in points_of(decision)])
 
 
 def assert_contacts_hold(model: Model, t: float, y: np.ndarray, tolerance: float) -> None:

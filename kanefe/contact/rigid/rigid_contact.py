@@ -18,7 +18,8 @@ from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
-from kanefe.kernels.contact.rigid_points import AT_REST, BACK, BEGINS, STRAIGHT, TAKEN, TURNED
+from kanefe.kernels.contact.rigid_points import AT_REST, BACK, BEGINS, STRAIGHT, TURNED, RigidStates
+from kanefe.kernels.values.records import column
 from kanefe.loads.action import Action, End
 from kanefe.loads.base import Load
 
@@ -35,6 +36,9 @@ REPORTED_CHANGES, EACH = 3, 7
 between the bodies that touch) and of each of its contact points: its status; the point of the surface where it sticks,
 or its direction of slip, whose length is the speed (m/s) up to which it is kept, or first the depth from which an open
 one left (m); and the rate of the direction."""
+
+TAKEN = column(RigidStates, "taken")
+"""Number of the state of that energy."""
 
 TOO_DEEP = 1e-6
 """Initial depth that is refused, m: a smaller one is closed like a loop."""

@@ -12,18 +12,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.events.event import Event, MarginEvent
-from kanefe.kernels.impacts.contact_questions import (
-    BLURS,
-    BY_ORDER,
-    BY_POISSON,
-    LIFT,
-    MARGINS,
-    POINT_CODES,
-    REPORTED,
-    SLIP,
-    STICK,
-    TOUCH,
-)
+from kanefe.kernels.impacts.contact_questions import POINT_CODES, REPORTED, Asks, Reported
 from kanefe.tree.scales import moving_length
 from kanefe.tree.scene_state import SceneState
 from kanefe.tree.told_impacts import ToldImpacts
@@ -54,12 +43,12 @@ class LastLook:
 
     def margins(self, t: float, state: SceneState) -> Vector:
         """Return the least margins at a time (s): of gaps, normal forces, friction left, and slips; or far."""
-        least: Vector = self._at(MARGINS, t, state, lambda found: found.margins.min(axis=0, initial=np.inf))
+        least: Vector = self._at(Asks.MARGINS, t, state, lambda found: found.margins.min(axis=0, initial=np.inf))
         return np.where(least < np.inf, least, FAR)
 
     def blurs(self, t: float, state: SceneState) -> tuple[float, ...]:
         """Return how far they may be below zero at a time, s."""
-        return self._at(BLURS, t, state, lambda found: found.blurs)  # type: ignore[no-any-return]
+        return self._at(Asks.BLURS, t, state, lambda found: found.blurs)  # type: ignore[no-any-return]
 
     def _at(self, what: int, t: float, state: SceneState, take: Callable[[ContactDecider], Any]) -> Any:
         y, last = state.vector, self._last.get(what)
@@ -130,7 +119,7 @@ class ReportedContactEvent(Event):
         return False
 
 
-CODES = {"touch": TOUCH, "lift": LIFT, "slip": SLIP, "stick": STICK}
+CODES = {"touch": Asks.TOUCH, "lift": Asks.LIFT, "slip": Asks.SLIP, "stick": Asks.STICK}
 """Questions to compiled code, by the kinds of events."""
 
 STEPS_OVER = "moreau-jean"
@@ -224,9 +213,9 @@ class ChangeReports:
         contacts = model.rigid_contacts
         if code < REPORTED * len(contacts):
             name, what = model.rigid_contact(code // REPORTED).name, code % REPORTED
-            if what == BY_POISSON:
+            if what == Reported.BY_POISSON:
                 self.impacts.was_by_poisson([name], t)
-            elif what == BY_ORDER:
+            elif what == Reported.BY_ORDER:
                 self.impacts.was_by_order([name], t)
             else:
                 self._times[f"{name} {REPORTED_EVENTS[what]}"].append(t)

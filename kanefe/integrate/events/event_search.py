@@ -17,17 +17,16 @@ from kanefe.integrate.events.load_events import EventOfLoad
 from kanefe.integrate.events.storms import without_end
 from kanefe.integrate.stepper import Stepper, looks_out
 from kanefe.kernels.events.event_search import (
+    Sought,
     StepSamples,
     Within,
-    find_brackets,
-    first_with_sign,
     is_known,
     is_over,
-    is_quiet,
+    is_still,
     noise_after,
     passes_at,
-    root_in,
     time_tolerance,
+    zeros_of,
 )
 from kanefe.kernels.events.watched_run import (
     STORM,
@@ -280,23 +279,15 @@ class EventWatch:
     ) -> list[float]:
         """Return when an event happened in the last step, from its values at some times of it."""
         event, noise, is_bound = self.events[number], float(self._noise[number]), bool(self._is_bound[number])
-        count = len(times)
-        is_below = is_bound and bool((values < 0.0).any())
-        if is_quiet(times, values, count) and not is_below:
+        of, zeros = StepSamples(times, values, len(times), 0), np.empty((2 * len(times), 2))
+        if is_still(of, is_bound):
             return []
         function = _timed(self._along(stepper, quick, number), check_time)
-        first = first_with_sign(values, count, noise)
-        brackets = np.empty((2 * count, 2))
-        if is_bound and values[first] < -noise:
-            function = partial(_above, -noise, function)
-            brackets[0], found = (times[max(first - 1, 0)], times[first]), 1
-        else:
-            found = find_brackets(
-                _called, function, StepSamples(times, values, count, first), event.direction, brackets
-            )
-        is_beyond = is_bound or isinstance(event, EventOfLoad)  # see `kanefe.kernels.events.steps_with_events`
-        roots = [root_in(_called, function, a, b, self._span, is_beyond) for a, b in brackets[:found].tolist()]
+        is_beyond = is_bound or isinstance(event, EventOfLoad)  # see `kanefe.kernels.events.roots_of_step`
+        wanted = Sought(event.direction, noise, is_bound, is_beyond, self._span)
+        found = zeros_of(_called, function, partial(_above, noise, function), of, wanted, zeros)
         # one without action may have been reported at this time, at which another ended the step
+        roots = zeros[:found, 0].tolist()
         return [t for t in roots if event.acts or not is_known(t, self._last[number], self._span)]
 
     def _has_acted(self, t: float, event: Event) -> bool:
@@ -394,4 +385,4 @@ def _called(function: Callable[[float], float], t: float) -> float:
 
 
 def _above(level: float, function: Callable[[float], float], t: float) -> float:
-    return function(t) - level
+    return function(t) + level

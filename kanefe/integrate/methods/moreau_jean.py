@@ -148,14 +148,14 @@ class MoreauJeanStepper(PythonStepper):
         compiled = self._compiled
         if compiled is None:
             return 0
-        from kanefe.kernels.impacts.march import BROKEN
+        from kanefe.kernels.impacts.march import Ending
 
         ended, count, passed = compiled.go_on(self._t, self._y, self._step, self._stop, most_steps, times, states)
         if count:
             self._t_old, self._y_old, self._t, self._y = compiled.last
             self._steps += count
             self._dynamics.evaluations += 2 * count
-        if ended == BROKEN:
+        if ended == Ending.BROKEN:
             self._checked.check(compiled.tried)
         return int(passed)
 

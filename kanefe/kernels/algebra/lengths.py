@@ -29,6 +29,12 @@ def across(a: Vector, n: Vector) -> Vector:
 
 
 @inlined
+def largest_in(a: Vector) -> float:
+    """Return the largest size of a component."""
+    return max(abs(a.x), max(abs(a.y), abs(a.z)))
+
+
+@inlined
 def beside(n: Vector) -> Vector:
     """Return a unit vector across n, along none of whose axes it is long."""
     x, y, z = abs(n.x.real), abs(n.y.real), abs(n.z.real)

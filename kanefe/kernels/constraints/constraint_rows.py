@@ -6,14 +6,14 @@ See `kanefe.constraints.rows`.
 from __future__ import annotations
 
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.tree import Frames
+from kanefe.kernels.loads.markers import Marker, MarkerMotion
 from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, dot
+from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 class RowKind(IntEnum):
@@ -28,22 +28,6 @@ class RowKind(IntEnum):
     CONTACT = 6
 
 
-class End(Record, is_frozen=True):
-    """A marker that a row is at.
-
-    Attributes
-    ----------
-    row : int
-        Of the scene; -1: N.
-    point, axes : Vector, Matrix
-        Its origin, and its axes, in those of the row.
-    """
-
-    row: int
-    point: Vector
-    axes: Matrix
-
-
 class ConstraintRow(Record, is_frozen=True):
     """A row of a constraint; its numbers are zero where its kind has none such.
 
@@ -51,7 +35,7 @@ class ConstraintRow(Record, is_frozen=True):
     ----------
     kind : int
         `RowKind`.
-    a, b : End
+    a, b : Marker
     is_ball : bool
     holds_place : bool
         Whether it holds coordinates, and not speeds alone.
@@ -73,8 +57,8 @@ class ConstraintRow(Record, is_frozen=True):
     """
 
     kind: int
-    a: End
-    b: End
+    a: Marker
+    b: Marker
     is_ball: bool
     holds_place: bool
     is_angle: bool
@@ -145,37 +129,8 @@ class Actions(Rows[Action]):
     """What all rows exert."""
 
 
-class EndMotion(NamedTuple):
-    """Motion of a marker in N.
-
-    Attributes
-    ----------
-    p, A : Vector, Matrix
-        Position and axes.
-    v, w, Z, Y : Vector
-        See `kanefe.kernels.tree.Motion`; gravity in Z cancels.
-    """
-
-    p: Vector
-    A: Matrix
-    v: Vector
-    w: Vector
-    Z: Vector
-    Y: Vector
-
-
-@inlined
-def motion_of_end(end: End, frames: Frames) -> EndMotion:
-    """Return how a marker moves, after an outward sweep."""
-    frame = frames[end.row]
-    lever, w, Y = frame.R @ end.point, frame.w, frame.Y
-    swing = cross(w, lever)
-    Z = frame.Z + cross(Y, lever) + cross(w, swing)
-    return EndMotion(frame.p + lever, frame.R @ end.axes, frame.v + swing, w, Z, Y)
-
-
 @kernel
-def exert(row: ConstraintRow, a: EndMotion, b: EndMotion, action: Action) -> None:
+def exert(row: ConstraintRow, a: MarkerMotion, b: MarkerMotion, action: Action) -> None:
     """Write what a row between two markers exerts, moments about their origins."""
     kind, e = row.kind, a.A @ row.e
     if kind == RowKind.DIRECTION:
@@ -191,7 +146,7 @@ def exert(row: ConstraintRow, a: EndMotion, b: EndMotion, action: Action) -> Non
 
 
 @inlined
-def _exert_along(e: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+def _exert_along(e: Vector, a: MarkerMotion, b: MarkerMotion, action: Action) -> None:
     """Of a point row."""
     d, turning = b.p - a.p, cross(a.w, e)
     bend = cross(a.Y, e) + cross(a.w, turning)
@@ -200,7 +155,7 @@ def _exert_along(e: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
 
 
 @inlined
-def _exert_about(pitch: float, e: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+def _exert_about(pitch: float, e: Vector, a: MarkerMotion, b: MarkerMotion, action: Action) -> None:
     """What a screw exerts more than a point row."""
     action.moment_a += pitch * e
     action.moment_b = -pitch * e
@@ -208,7 +163,7 @@ def _exert_about(pitch: float, e: Vector, a: EndMotion, b: EndMotion, action: Ac
 
 
 @inlined
-def _exert_across(e: Vector, f: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+def _exert_across(e: Vector, f: Vector, a: MarkerMotion, b: MarkerMotion, action: Action) -> None:
     """Of a direction row."""
     moment, turning = cross(f, e), cross(cross(b.w, f), e) + cross(f, cross(a.w, e))
     action.force, action.moment_a, action.moment_b = ZERO, -moment, moment
@@ -216,7 +171,7 @@ def _exert_across(e: Vector, f: Vector, a: EndMotion, b: EndMotion, action: Acti
 
 
 @inlined
-def _exert_between(a: EndMotion, b: EndMotion, action: Action) -> None:
+def _exert_between(a: MarkerMotion, b: MarkerMotion, action: Action) -> None:
     """Of a distance row."""
     d, rate = b.p - a.p, b.v - a.v
     distance = np.sqrt(dot(d, d))
@@ -227,7 +182,7 @@ def _exert_between(a: EndMotion, b: EndMotion, action: Action) -> None:
 
 
 @inlined
-def _exert_rolling(row: ConstraintRow, e: Vector, a: EndMotion, b: EndMotion, action: Action) -> None:
+def _exert_rolling(row: ConstraintRow, e: Vector, a: MarkerMotion, b: MarkerMotion, action: Action) -> None:
     """Of a rolling row."""
     rate, spoke, spoke_rate = b.v - a.v, _spoke(row, a.A.z, b.A.z), _spoke_rate(row, a, b)
     arm, arm_rate = b.p - a.p + spoke, rate + spoke_rate
@@ -250,7 +205,7 @@ def _spoke(row: ConstraintRow, n: Vector, s: Vector) -> Vector:
 
 
 @inlined
-def _spoke_rate(row: ConstraintRow, a: EndMotion, b: EndMotion) -> Vector:
+def _spoke_rate(row: ConstraintRow, a: MarkerMotion, b: MarkerMotion) -> Vector:
     """Return its rate."""
     n, s = a.A.z, b.A.z
     n_rate, s_rate = cross(a.w, n), cross(b.w, s)
@@ -266,7 +221,7 @@ def _spoke_rate(row: ConstraintRow, a: EndMotion, b: EndMotion) -> Vector:
 
 
 @inlined
-def residual(row: ConstraintRow, a: EndMotion, b: EndMotion) -> Any:
+def residual(row: ConstraintRow, a: MarkerMotion, b: MarkerMotion) -> Any:
     """Return g of a row between two markers that holds places, in its unit."""
     kind, d = row.kind, b.p - a.p
     if kind == RowKind.DISTANCE:

@@ -7,24 +7,40 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import Prepared, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler.arrays import Prepared, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_shares import least_margins, share_otherwise
 from kanefe.kernels.constraints.least_forces import share_forces
 from kanefe.kernels.constraints.loop_tables import UnitResponses, head_of, unit_responses_in
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, is_closed, is_slipping, left_of_gap, left_of_slip, meet
+from kanefe.kernels.contact.output_places import Margins
+from kanefe.kernels.contact.rigid_points import (
+    given_points,
+    is_closed,
+    is_rubbing,
+    left_of_gap,
+    left_of_slip,
+    meet,
+    touches,
+)
+from kanefe.kernels.loads.telling import States
 from kanefe.kernels.scene import Scene
 from kanefe.kernels.tables import Loops
+from kanefe.kernels.tree import Frames
 
 FAR = 1.0
 """Value of a margin of what cannot happen, m, N or m/s."""
 
-NEVER, GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP, LARGEST = range(6)
-"""Columns of the values of all rigid contacts of a scene: one that stays, the least of their margins, and the largest
-force, N."""
-MARGINS = 6
+
+class LeastMargins(Margins):
+    """The least margins of all rigid contacts of a scene; a value that stays, and the largest force, N."""
+
+    never: float
+    largest: float
+
+
+MARGINS = LeastMargins.number_count
 
 
 class Looked(NamedTuple):
@@ -41,7 +57,8 @@ class Looked(NamedTuple):
     drives : ndarray, shape (driven, 3)
     inputs : ndarray
     vectors : ndarray, shape (2 or more, state and quadratures)
-    work : ndarray, shape (rows, WORK)
+    frames : ndarray
+        `kanefe.kernels.tree.Frames`.
     multipliers, holding : ndarray
         See `kanefe.kernels.scene.Work`.
     """
@@ -53,83 +70,68 @@ class Looked(NamedTuple):
     drives: RealRows
     inputs: Reals
     vectors: RealRows
-    work: RealRows
+    frames: RealRows
     multipliers: Reals
     holding: Reals
 
 
-class Watched(NamedTuple):
-    """States that are looked at, and what is found.
-
-    Attributes
-    ----------
-    times : ndarray, shape (T,)
-    drives : ndarray, shape (T, driven, 3)
-    inputs : ndarray, shape (T, inputs)
-    states : ndarray, shape (T, state)
-        Each begins with q, u and z.
-    found : ndarray, shape (T, values)
-        Of loads, and then of rigid contacts.
-    """
-
-    times: Reals
-    drives: RealBlocks
-    inputs: RealRows
-    states: RealRows
-    found: RealRows
-
-
 @entry()
-def watch_contacts(looked: Looked, loads: Prepared, scene: Scene, watched: Watched) -> None:
+def watch_contacts(looked: Looked, loads: Prepared, scene: Scene, states: States, found: RealRows) -> None:
     """Write the event values of loads, and then those of rigid contacts, in some states.
 
     Parameters
     ----------
     looked : Looked
     loads : Prepared
-        Call of `kanefe.kernels.loads.watching.watch_states` with the arrays below; address 0: there are none.
+        Call of `kanefe.kernels.loads.watching.watch_states` with the states and what is found; address 0: there are
+        none.
     scene : Scene
-    watched : Watched
+    states : States
+    found : ndarray, shape (T, values)
+        Of loads, and then of rigid contacts.
     """
     if loads.address != 0:
         call_address(loads.address, (loads.places, loads.numbers))
-    states, found = watched.states, watched.found
-    width = min(states.shape[1], looked.vectors.shape[1])
-    for row in range(len(states)):
-        copy(watched.inputs[row], looked.inputs)
+    y, own = states.states, found.shape[1] - MARGINS
+    width = min(y.shape[1], looked.vectors.shape[1])
+    for row in range(len(y)):
+        copy(states.inputs[row], looked.inputs)
         for i in range(len(looked.drives)):
-            copy(watched.drives[row, i], looked.drives[i])
-        copy(states[row, :width], looked.vectors[0, :width])
-        looked.evaluation.numbers[looked.time_at] = watched.times[row]
+            copy(states.drives[row, i], looked.drives[i])
+        copy(y[row, :width], looked.vectors[0, :width])
+        looked.evaluation.numbers[looked.time_at] = states.times[row]
         call_address(looked.evaluation.address, (looked.evaluation.places, looked.evaluation.numbers))
-        _put_margins(looked, scene, states[row, looked.first_state :], found[row, found.shape[1] - MARGINS :])
+        _put_margins(looked, scene.loops, y[row, looked.first_state :], LeastMargins(found[row], own))
 
 
 @kernel
-def _put_margins(looked: Looked, scene: Scene, z: np.ndarray, found: np.ndarray) -> None:
+def _put_margins(looked: Looked, loops: Loops, z: np.ndarray, found: LeastMargins) -> None:
     """Write the least margins of a state that has been evaluated."""
-    loops, points, work, forces = scene.loops, scene.loops.points, looked.work, looked.multipliers
+    points, frames, forces = given_points(loops.points), Frames(looked.frames), looked.multipliers
     kept = unit_responses_in(looked.holding, loops)
-    normal = slip = gap = left = np.inf
-    touches, largest, met = False, 0.0, kept.met
-    for p in range(len(points.places)):
-        if not is_closed(points, p, z):
-            meet(points, p, scene.tables.gravity, work, met)
-            gap = min(gap, left_of_gap(points, p, z, met))
-            continue
-        touches = True
-        if is_slipping(points, p, z) and points.places[p, HAS_FRICTION] != 0:
-            left = min(left, left_of_slip(points, p, z, work, met))
-    if touches:
+    gap = normal = slip = left = np.inf
+    largest = 0.0
+    for p in range(len(points)):
+        given, met = points[p], kept.met[p]
+        if not is_closed(given, z):
+            meet(given, loops.points.shapes, frames, met)
+            gap = min(gap, left_of_gap(given, z, met))
+        elif is_rubbing(given, z):
+            left = min(left, left_of_slip(given, z, met))
+    if touches(points, z):
         normal, slip = find_forces(loops, z, forces, kept)
-        for p in range(len(points.places)):
-            if is_closed(points, p, z):
+        for p in range(len(points)):
+            if is_closed(points[p], z):
                 largest = max(largest, abs(forces[head_of(loops, p)]))
-    found[NEVER], found[LARGEST] = FAR, largest
-    found[GAP], found[NORMAL], found[SLIP_MARGIN], found[LEFT_OF_SLIP] = gap, normal, slip, left
-    for c in (GAP, NORMAL, SLIP_MARGIN, LEFT_OF_SLIP):
-        if not abs(found[c]) < np.inf:
-            found[c] = FAR
+    found.never, found.largest = FAR, largest
+    found.gap, found.normal, found.slip_margin = _or_far(gap), _or_far(normal), _or_far(slip)
+    found.left_of_slip = _or_far(left)
+
+
+@inlined
+def _or_far(margin: float) -> float:
+    """Return a margin, of what cannot happen one that is far."""
+    return margin if abs(margin) < np.inf else FAR
 
 
 @kernel

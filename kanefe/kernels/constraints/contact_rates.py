@@ -4,49 +4,32 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import dot, plus, rotated, three, times, vector
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.loop_tables import head_of, unit_responses_in
-from kanefe.kernels.contact.rigid_points import (
-    FIRST_STATE,
-    KEPT,
-    KEPT_RATE,
-    MET,
-    OF_POINT,
-    ON_SURFACE,
-    SLIP,
-    STATUS,
-    WORK,
-    is_closed,
-    is_slipping,
-)
-from kanefe.kernels.loads.markers import axes_of
+from kanefe.kernels.contact.rigid_points import PointStates, RigidStates, given_points, is_closed, is_slipping
 from kanefe.kernels.scene import Rates, Scene, State, Work
+from kanefe.kernels.values.tensors import dot
 
 
 @kernel
 def put_contact_rates(scene: Scene, state: State, work: Work, rates: Rates) -> None:
     """Write the rates of the paths slid and of the work of friction, and add the power of that, taken and given."""
-    points, z, multipliers, dz = scene.loops.points, state.z, work.multipliers, rates.dz
-    met = unit_responses_in(work.holding, scene.loops).met
-    for p in range(len(points.places)):
-        if not is_closed(points, p, z):
+    points, z, multipliers = given_points(scene.loops.points), state.z, work.multipliers
+    meetings = unit_responses_in(work.holding, scene.loops).met
+    for p in range(len(points)):
+        given, met, j = points[p], meetings[p], head_of(scene.loops, p)
+        if not is_closed(given, z):
             continue
-        j, slips = head_of(scene.loops, p), is_slipping(points, p, z)
-        x, y = met[p, MET.rates + 1], met[p, MET.rates + 2]
+        x, y, slips = met.rates.y, met.rates.z, is_slipping(given, z)
         if slips:
-            friction = times(multipliers[j], vector(met, p, MET.tangential))
+            friction = multipliers[j] * met.tangential
         else:
-            along = times(multipliers[j + 1], vector(met, p, MET.first))
-            friction = plus(along, times(multipliers[j + 2], vector(met, p, MET.second)))
-        slip = plus(times(x, vector(met, p, MET.first)), times(y, vector(met, p, MET.second)))
-        axes = axes_of(points.markers, 2 * p, points.places[p, ON_SURFACE], work.frames.numbers)
-        taken = dot(friction, slip)
+            friction = multipliers[j + 1] * met.first + multipliers[j + 2] * met.second
+        taken = dot(friction, x * met.first + y * met.second)
         rates.powers[0] -= taken
-        rates.powers[1] += dot(friction, rotated(axes, three(points.numbers[p], OF_POINT.belt)))
+        rates.powers[1] += dot(friction, met.surface @ given.belt)
         if slips:
-            first, status = points.places[p, FIRST_STATE], points.places[p, STATUS]
-            dz[first + SLIP] += points.numbers[p, OF_POINT.share] * np.sqrt(x * x + y * y)
-            dz[first + WORK] -= taken
-            for i in range(3):
-                dz[status + KEPT + i] = z[status + KEPT_RATE + i]
+            contact = RigidStates(rates.dz, given.first_state)
+            contact.slip += given.share * np.sqrt(x * x + y * y)
+            contact.work -= taken
+            PointStates(rates.dz, given.status).kept = PointStates(z, given.status).rate

@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.kernels.algebra.least_norm import leave_spare
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.loop_tables import UnitResponses, head_of
-from kanefe.kernels.contact.rigid_points import HOLDING, is_closed, is_slipping
+from kanefe.kernels.contact.rigid_points import given_points, is_closed, is_slipping
 from kanefe.kernels.tables import Loops
 
 MOST_ROUNDS, ROOMS = 2000, (1e-3, 1e-6, 1e-9)
@@ -24,13 +24,13 @@ zero, by part of that room, though other forces are not."""
 @kernel
 def least_margins(loops: Loops, z: np.ndarray, multipliers: np.ndarray) -> tuple[float, float]:
     """Return the least normal force, and the least that friction could still hold, N; infinite where there is none."""
-    normal = slip = np.inf
-    for p in range(len(loops.points.places)):
-        if is_closed(loops.points, p, z):
-            j = head_of(loops, p)
+    points, normal, slip = given_points(loops.points), np.inf, np.inf
+    for p in range(len(points)):
+        given, j = points[p], head_of(loops, p)
+        if is_closed(given, z):
             normal = min(normal, multipliers[j])
-            if not is_slipping(loops.points, p, z):
-                held = loops.points.numbers[p, HOLDING] * multipliers[j]
+            if not is_slipping(given, z):
+                held = given.friction.holding * multipliers[j]
                 slip = min(slip, held - np.hypot(multipliers[j + 1], multipliers[j + 2]))
     return normal, slip
 
@@ -61,15 +61,16 @@ def _descend(
 ) -> bool:
     """Change the multipliers until the margins are half of what is looked for; return whether they are."""
     n, rank, slope, scale, live = int(kept.live_count), int(kept.rank), kept.column, kept.scale, kept.live
+    points = given_points(loops.points)
     for k in range(MOST_ROUNDS):
         normal, slip = least_margins(loops, z, multipliers)
         if min(normal, slip) >= 0.5 * room:
             return True
         kept.plain[:] = 0.0
-        for p in range(len(loops.points.places)):
-            if is_closed(loops.points, p, z):
-                j = head_of(loops, p)
-                mu = -1.0 if is_slipping(loops.points, p, z) else loops.points.numbers[p, HOLDING]
+        for p in range(len(points)):
+            given, j = points[p], head_of(loops, p)
+            if is_closed(given, z):
+                mu = -1.0 if is_slipping(given, z) else given.friction.holding
                 _put_beyond(mu, room, multipliers[j : j + 3], kept.plain[j : j + 3])
         for a in range(n):
             j = int(live[a])

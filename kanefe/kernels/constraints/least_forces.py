@@ -10,7 +10,7 @@ from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.pivoted import factor, solve
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.constraint_rows import RowKind
-from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, is_rubbing, rows_of
+from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, rows_of, rubs_at
 from kanefe.kernels.tables import Loops
 
 LEAST_GAIN = 1e-9
@@ -60,7 +60,7 @@ def _is_determined(loops: Loops, z: np.ndarray, closes: bool, y: np.ndarray, kep
         tolerance = Limits(loops.limits).rank_tolerance
         rank, _ = factor(A, of_loops, tolerance, kept.L, kept.inverses, kept.order, column)
     for j in range(len(rows)):
-        if kept.scale[j] == 0.0 or not is_rubbing(loops, rows[j], z):
+        if kept.scale[j] == 0.0 or not rubs_at(loops, rows[j], z):
             continue
         gained, plain = A[j, j].real, kept.plain[j].real
         if closes:

@@ -20,10 +20,11 @@ from kanefe.kernels.constraints.constraint_rows import (
 from kanefe.kernels.constraints.row_paths import no_paths
 from kanefe.kernels.constraints.tolerances import HALF_ON
 from kanefe.kernels.contact.rigid_points import (
-    HAS_FRICTION,
-    MET_NUMBERS,
     SLIPS_FROM,
-    is_slipping,
+    Meeting,
+    Meetings,
+    given_points,
+    is_rubbing,
     no_rigid_points,
 )
 from kanefe.kernels.joints.handing import Carried, CarriedRows
@@ -55,7 +56,7 @@ class RowWork(Record, is_frozen=True):
     begins : int
         Where it begins in its memory.
     actions : Actions
-    met : ndarray, shape (points, MET_NUMBERS)
+    met : Meetings
         Of the points of rigid contacts.
     """
 
@@ -74,7 +75,7 @@ class RowWork(Record, is_frozen=True):
     closing: int
     begins: Annotated[int, Start("memory")]
     actions: Annotated[Actions, Table(Actions, "m", Action.number_count)]
-    met: Annotated[np.ndarray, Array("points", MET_NUMBERS)]
+    met: Annotated[Meetings, Table(Meetings, "points", Meeting.number_count)]
 
 
 class LoopFactors(RowWork):
@@ -286,9 +287,6 @@ def has_loops(loops: Loops, kept: UnitResponses) -> bool:
 
 
 @inlined
-def is_rubbing(loops: Loops, row: ConstraintRow, z: np.ndarray) -> bool:
+def rubs_at(loops: Loops, row: ConstraintRow, z: np.ndarray) -> bool:
     """Return whether a row is the normal row of a point that slips with friction."""
-    found = is_normal(row)
-    if found:
-        found = is_slipping(loops.points, row.point, z) and loops.points.places[row.point, HAS_FRICTION] != 0
-    return found
+    return is_normal(row) and is_rubbing(given_points(loops.points)[row.point], z)

@@ -25,8 +25,8 @@ from kanefe.kernels.constraints.loop_tables import (
     UnitResponses,
     has_loops,
     holds,
-    is_rubbing,
     rows_of,
+    rubs_at,
     terms_of,
     unit_responses_in,
 )
@@ -49,7 +49,7 @@ def hold(scene: Scene, state: State, work: Work, is_implicit: bool, du: np.ndarr
     for j in range(len(rows)):
         if holds(rows[j], state.z):
             kept.rest[j] = -exerted.actions[j].remainder - along_row(scene, work, exerted, j, du)
-            is_skew = is_skew or is_rubbing(loops, rows[j], state.z)
+            is_skew = is_skew or rubs_at(loops, rows[j], state.z)
     respond_to_rows(scene, state.z, work, kept, is_implicit)
     if is_skew:
         weakest = share_forces(loops, state.z, True, multipliers, kept)
@@ -80,7 +80,7 @@ def respond_to_rows(scene: Scene, z: np.ndarray, work: Work, kept: UnitResponses
     for j in range(len(rows)):
         scale[j] = 0.0
         if holds(rows[j], z):
-            is_skew = is_skew or is_rubbing(scene.loops, rows[j], z)
+            is_skew = is_skew or rubs_at(scene.loops, rows[j], z)
             _put_row(scene, work, kept, j)
             share = row_scale(kept.J[j], kept.reach, scene.loops.extents)
             # its pivot would be below all that count, and its sweeps would be for nothing
@@ -88,7 +88,7 @@ def respond_to_rows(scene: Scene, z: np.ndarray, work: Work, kept: UnitResponses
     for j in range(len(rows)):
         if scale[j] == 0.0:
             continue
-        is_rubbed = is_rubbing(scene.loops, rows[j], z)
+        is_rubbed = rubs_at(scene.loops, rows[j], z)
         if is_rubbed:
             plain[j] = _respond(scene, work, kept, j, False, is_implicit)
         own = _respond(scene, work, kept, j, is_rubbed, is_implicit)

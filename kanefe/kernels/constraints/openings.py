@@ -4,18 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import dot as product
-from kanefe.kernels.algebra.vectors import minus, rotated, three, vector
+from kanefe.kernels.algebra.lengths import largest_in, norm
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, motion_of_end, residual
+from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, residual
 from kanefe.kernels.constraints.loop_tables import Limits, RowWork, holds, rows_of, terms_of
 from kanefe.kernels.constraints.row_wrenches import along_ends, over_drives, over_speeds
-from kanefe.kernels.contact.rigid_points import KEPT, MET, ON_SURFACE, STATUS, meet
-from kanefe.kernels.loads.markers import axes_of
+from kanefe.kernels.contact.rigid_points import PointStates, along, given_points, meet, part_of
+from kanefe.kernels.loads.markers import motion_of
 from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.tables import Loops
 from kanefe.kernels.tree import Frames
-from kanefe.kernels.values.tensors import Vector, dot
+from kanefe.kernels.values.tensors import dot
 
 
 @kernel
@@ -26,8 +25,7 @@ def openings(scene: Scene, state: State, work: Work, kept: RowWork, residuals: n
     """
     rows, frames, length, worst, total = rows_of(scene.loops), work.frames, Limits(scene.loops.limits).length, 0.0, 0.0
     for i in range(len(frames) - 1):  # far from N's origin round-off is that of the distance
-        p = frames[i].p
-        length = max(length, max(abs(p.x), max(abs(p.y), abs(p.z))))
+        length = max(length, largest_in(frames[i].p))
     for j in range(len(rows)):
         row = rows[j]
         residuals[j] = 0.0
@@ -38,7 +36,7 @@ def openings(scene: Scene, state: State, work: Work, kept: RowWork, residuals: n
         elif row.kind == RowKind.COUPLER:
             residuals[j] = _turned(scene.loops, state, row)
         else:
-            residuals[j] = residual(row, motion_of_end(row.a, frames), motion_of_end(row.b, frames))
+            residuals[j] = residual(row, motion_of(row.a, frames), motion_of(row.b, frames))
         opening = abs(residuals[j]) / (1.0 if row.is_angle else length)
         worst = max(worst, opening)
         total += opening * opening
@@ -58,13 +56,13 @@ def _turned(loops: Loops, state: State, row: ConstraintRow) -> float:
 @inlined
 def _off(scene: Scene, state: State, work: Work, kept: RowWork, row: ConstraintRow) -> float:
     """Return the gap of a point, or how far it is along a direction of the surface from where it sticks, m."""
-    points, p, direction, met, numbers = scene.loops.points, row.point, row.direction, kept.met, work.frames.numbers
-    if direction == 0:
-        meet(points, p, scene.tables.gravity, numbers, met)
-        return met[p, MET.gap]
-    off = minus(vector(met, p, MET.place), three(state.z, points.places[p, STATUS] + KEPT))
-    axes = axes_of(points.markers, 2 * p, points.places[p, ON_SURFACE], numbers)
-    return product(vector(met, p, int(MET.normal) + 3 * direction), rotated(axes, off))
+    points, met = scene.loops.points, kept.met[row.point]
+    given = given_points(points)[row.point]
+    if row.direction == 0:
+        meet(given, points.shapes, work.frames, met)
+        return met.gap
+    off = met.surface @ (met.place - PointStates(state.z, given.status).kept)
+    return dot(along(met, row.direction), off)
 
 
 @inlined
@@ -72,7 +70,7 @@ def rate_of_row(scene: Scene, state: State, work: Work, kept: RowWork, j: int) -
     """Return dg/dt of a row from the velocities of its ends."""
     row, loops = rows_of(scene.loops)[j], scene.loops
     if row.kind == RowKind.CONTACT:
-        rate = kept.met[row.point, int(MET.rates) + row.direction]
+        rate = part_of(kept.met[row.point].rates, row.direction)
     elif row.kind == RowKind.COUPLER:
         rate = over_speeds(loops, row, state.u) + over_drives(loops, row, state.drives, 1)
     else:
@@ -87,11 +85,6 @@ def size_of_rate(row: ConstraintRow, action: Action, frames: Frames) -> float:
     size = 0.0
     if row.kind != RowKind.CONTACT and row.kind != RowKind.COUPLER:
         a, b = frames[row.a.row], frames[row.b.row]
-        size = _norm(action.force) * (_norm(a.v) + _norm(b.v))
-        size += _norm(action.moment_a) * _norm(a.w) + _norm(action.moment_b) * _norm(b.w)
+        size = norm(action.force) * (norm(a.v) + norm(b.v))
+        size += norm(action.moment_a) * norm(a.w) + norm(action.moment_b) * norm(b.w)
     return size
-
-
-@inlined
-def _norm(a: Vector) -> float:
-    return np.sqrt(dot(a, a))  # type: ignore[no-any-return]

@@ -8,12 +8,13 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, vector_kernel
-from kanefe.kernels.constraints.constraint_rows import End, RowKind
+from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.loop_tables import LEAST_SHARE, Held, LoopFactors, rows_of, terms_of
 from kanefe.kernels.constraints.row_paths import Visit, Visits
 from kanefe.kernels.joints.by_kind import give_way, moved_by
 from kanefe.kernels.joints.handing import Carried, CarriedRows, hand_force_inward
 from kanefe.kernels.joints.motion import put_three
+from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import total
@@ -97,7 +98,7 @@ def _begin(scene: Scene, work: Work, kept: LoopFactors, j: int) -> None:
 
 
 @inlined
-def _set_out(end: End, frames: Frames, ways: CarriedRows, force: Vector, moment: Vector) -> None:
+def _set_out(end: Marker, frames: Frames, ways: CarriedRows, force: Vector, moment: Vector) -> None:
     """Write what acts at an end."""
     if end.row >= 0:
         way, arm = ways[end.row], frames[end.row].R @ end.point

@@ -6,16 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import as_vector, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, exert, motion_of_end
+from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, exert
 from kanefe.kernels.constraints.loop_tables import RowWork, holds, is_normal, rows_of, terms_of
-from kanefe.kernels.contact.rigid_points import MET, meet, rub_along
-from kanefe.kernels.layout import WORK_FORCE
+from kanefe.kernels.contact.rigid_points import along, given_points, meet, part_of, rub_along
+from kanefe.kernels.loads.markers import motion_of
 from kanefe.kernels.loads.point_and_field_loads import push
-from kanefe.kernels.scene import Scene, State, Work
+from kanefe.kernels.scene import Scene, State, Work, bodies_of
 from kanefe.kernels.sweeps.body_inertia import clear_forces
-from kanefe.kernels.sweeps.elastic import span
 from kanefe.kernels.tables import Loops
 from kanefe.kernels.values.tensors import Vector, cross, dot
 
@@ -41,15 +39,16 @@ def write_rows(scene: Scene, state: State, work: Work, kept: RowWork) -> None:
 @inlined
 def _write_contact(scene: Scene, state: State, work: Work, kept: RowWork, j: int) -> None:
     """Write a row of a contact point that touches: its normal row comes first."""
-    row, action, met, frames = rows_of(scene.loops)[j], kept.actions[j], kept.met, work.frames
-    points, p, direction = scene.loops.points, row.point, row.direction
-    if direction == 0:
-        meet(points, p, scene.tables.gravity, frames.numbers, met)
-        rub_along(points, p, state.z, frames.numbers, met)
-    point, along = as_vector(vector(met, p, MET.point)), as_vector(vector(met, p, int(MET.normal) + 3 * direction))
-    action.force, action.remainder = along, met[p, int(MET.remainder) + direction]
-    action.moment_a = cross(along, point - frames[row.a.row].p)
-    action.moment_b = cross(point - frames[row.b.row].p, along)
+    row, action, points, frames = rows_of(scene.loops)[j], kept.actions[j], scene.loops.points, work.frames
+    met = kept.met[row.point]
+    if row.direction == 0:
+        given = given_points(points)[row.point]
+        meet(given, points.shapes, frames, met)
+        rub_along(given, state.z, met)
+    force = along(met, row.direction)
+    action.force, action.remainder = force, part_of(met.remainder, row.direction)
+    action.moment_a = cross(force, met.point - frames[row.a.row].p)
+    action.moment_b = cross(met.point - frames[row.b.row].p, force)
 
 
 @inlined
@@ -57,7 +56,7 @@ def _write_joint(scene: Scene, work: Work, kept: RowWork, first: int, last: int)
     """Write the rows of a constraint between two markers."""
     rows, frames = rows_of(scene.loops), work.frames
     at_a, at_b = rows[first].a, rows[first].b
-    a, b = motion_of_end(at_a, frames), motion_of_end(at_b, frames)
+    a, b = motion_of(at_a, frames), motion_of(at_b, frames)
     lever_a, lever_b = frames[at_a.row].R @ at_a.point, frames[at_b.row].R @ at_b.point
     for j in range(first, last):
         action = kept.actions[j]
@@ -127,18 +126,19 @@ def wrench_on(scene: Scene, work: Work, kept: RowWork, j: int, end: int, rubs: b
     else:
         force, moment, i, sign = -action.force, action.moment_a, row.a.row, -1.0
     if rubs and is_normal(row):
-        rubbed = sign * as_vector(vector(kept.met, row.point, MET.tangential))
+        met = kept.met[row.point]
+        rubbed = sign * met.tangential
         force = force + rubbed
-        moment = moment + cross(as_vector(vector(kept.met, row.point, MET.point)) - work.frames[i].p, rubbed)
+        moment = moment + cross(met.point - work.frames[i].p, rubbed)
     return force, moment
 
 
 @kernel
 def clear_all_forces(scene: Scene, work: Work) -> None:
     """Write no forces on rows, modes and joints."""
-    bodies = scene.flexible.bodies
+    bodies = bodies_of(scene, work)
     for i in range(len(work.frames) - 1):
         clear_forces(work.frames[i])
     for f in range(len(bodies)):
-        work.modal[span(bodies[f], WORK_FORCE)][:] = 0.0
+        bodies[f].p[:] = 0.0
     work.applied[:] = 0.0

@@ -12,7 +12,7 @@ from kanefe.kernels.algebra.least_norm import factor_least, leave_spare
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.contact_shares import least_margins
 from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, head_of, rows_of
-from kanefe.kernels.contact.rigid_points import HOLDING, is_closed, is_slipping
+from kanefe.kernels.contact.rigid_points import given_points, is_closed, is_slipping, touches
 from kanefe.kernels.tables import Loops
 
 ROUND_OFF = 1e-13
@@ -40,7 +40,7 @@ def told_multipliers(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept:
     kept : UnitResponses
         Likewise; what is not a response is lost.
     """
-    rows, points, n, left_out, touches = rows_of(loops), loops.points, 0, 0, False
+    rows, points, n, left_out = rows_of(loops), given_points(loops.points), 0, 0
     for j in range(len(rows)):
         if kept.scale[j] != 0.0:
             kept.live[n] = j
@@ -48,23 +48,21 @@ def told_multipliers(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept:
             n += 1
             if multipliers[j] == 0.0:
                 left_out += 1
-    for p in range(len(points.places)):
-        touches = touches or is_closed(points, p, z)
     if kept.live_count >= 0.0:
         left_out = int(kept.live_count - kept.rank)
     if left_out == 0:
         return True
-    spare = _share(loops, n, multipliers, kept) if touches else NOT_SHARP
+    spare = _share(loops, n, multipliers, kept) if touches(points, z) else NOT_SHARP
     if spare <= 0:
         return spare == 0
     if min(least_margins(loops, z, multipliers)) >= 0.0:
         return True
     n = 0
-    for p in range(len(points.places)):
-        if not is_closed(points, p, z) or is_slipping(points, p, z):
+    for p in range(len(points)):
+        given, j = points[p], head_of(loops, p)
+        if not is_closed(given, z) or is_slipping(given, z):
             continue
-        j = head_of(loops, p)
-        room = points.numbers[p, HOLDING] * multipliers[j]
+        room = given.friction.holding * multipliers[j]
         for i in (j + 1, j + 2):
             if not room > 0.0:
                 return False

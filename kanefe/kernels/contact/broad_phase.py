@@ -65,6 +65,19 @@ def sort_along_widest(balls: np.ndarray, count: int, keys: np.ndarray, order: np
 
 
 @inlined
+def first_from(numbers: np.ndarray, least: int) -> int:
+    """Return the first place in a rising list of what is not below a number."""
+    low, high = 0, len(numbers)
+    while low < high:
+        middle = (low + high) // 2
+        if numbers[middle] < least:
+            low = middle + 1
+        else:
+            high = middle
+    return low
+
+
+@inlined
 def overlap(balls: np.ndarray, a: int, b: int) -> Any:
     """Return whether two balls overlap."""
     x = balls[BALL * a].real - balls[BALL * b].real

@@ -22,7 +22,7 @@ from kanefe.kernels.contact.contact_places import (
 )
 from kanefe.kernels.contact.detection import velocity
 from kanefe.kernels.contact.meeting import look, look_up
-from kanefe.kernels.contact.output_places import OPEN, SLIPS, STICKS, ContactOutputs, PointOutputs, PointsOutputs
+from kanefe.kernels.contact.output_places import ContactOutputs, PointOutputs, PointsOutputs, Status
 from kanefe.kernels.force_elements.places import WATCH_SIGNATURE, Ends
 from kanefe.kernels.values.tensors import ZERO
 
@@ -45,11 +45,11 @@ def contact_outputs(t: float, numbers: Any, inputs: Any, ends: Any, states: Any,
             moved, pressed = moved + own * place.point, pressed + own
             margin, is_any = max(margin, found.rubbed.beyond), True
     told.force, told.place = force - rubbed, (1.0 / pressed) * moved if pressed > 0.0 else nearest
-    told.pressed, told.rubbed, told.depth, told.status = pressed, norm(rubbed), deepest, 0.0 + OPEN
+    told.pressed, told.rubbed, told.depth, told.status = pressed, norm(rubbed), deepest, 0.0 + Status.OPEN.value
     told.slip = FrictionStates(states).slip if has_friction else 0.0
     told.work = FrictionStates(states).work if has_friction else 0.0
     if is_any:
-        told.status = 0.0 + (SLIPS if not has_friction or margin > 0.0 else STICKS)
+        told.status = 0.0 + (Status.SLIPS if not has_friction or margin > 0.0 else Status.STICKS).value
 
 
 @called_by_address(*WATCH_SIGNATURE)
@@ -87,4 +87,4 @@ def tell_point(at: AtState, i: int, place: Place, told: PointOutputs) -> None:
     told.stretch = A_s.T @ across(found.stretch, n)
     if not (sticks and at.own.holds > 0.0):  # bristles creep; of what sticks there is round-off alone
         told.slip = A_s.T @ across(passed, n)
-    told.status = 0.0 + (STICKS if sticks else SLIPS)
+    told.status = 0.0 + (Status.STICKS if sticks else Status.SLIPS).value

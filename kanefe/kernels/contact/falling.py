@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.force_elements.blocks import places
+from kanefe.kernels.values.records import Record, filled
 
 MOST_TRIALS, CLOSE = 60, 1e-15
 """Largest number of trials of Newton's method, and round-off relative to a speed or an anchor force."""
@@ -22,21 +21,39 @@ def still_to_fall(slip: Any, speed: float, exponent: float) -> tuple[Any, Any]:
     return x, np.exp(-x)
 
 
-SteadyNumbers = namedtuple("SteadyNumbers", "mu holding speed exponent viscous", defaults=(0.0, 2.0, 0.0))
-"""Coefficients of fast and of the slowest sliding; speed over which one falls to the other (m/s; 0: at once), exponent
-of the fall, and what the coefficient grows by with the speed (s/m)."""
+class SteadyNumbers(Record):
+    """Coefficients in steady sliding.
 
-AT = places(SteadyNumbers)
-STEADY_NUMBERS = int(AT.viscous) + 1
+    Attributes
+    ----------
+    mu, holding : float
+        Of fast sliding, and of the slowest.
+    speed, exponent : float
+        Over which speed one falls to the other (m/s; 0: at once), and how.
+    viscous : float
+        What the coefficient grows by with the speed, s/m.
+    """
+
+    mu: float
+    holding: float
+    speed: float
+    exponent: float
+    viscous: float
+
+
+def steady_numbers(
+    mu: float, holding: float, speed: float = 0.0, exponent: float = 2.0, viscous: float = 0.0
+) -> SteadyNumbers:
+    """Return coefficients by their numbers."""
+    return SteadyNumbers(filled(SteadyNumbers, mu=mu, holding=holding, speed=speed, exponent=exponent, viscous=viscous))
 
 
 @inlined
-def steady_coefficient(numbers: Any, at: int, slip: Any) -> Any:
-    """Return the coefficient of friction in steady sliding at a speed (m/s), of `SteadyNumbers` from `at` on."""
-    mu = numbers[at + AT.mu] + numbers[at + AT.viscous] * slip
-    if numbers[at + AT.speed] > 0.0:
-        left = still_to_fall(slip, numbers[at + AT.speed], numbers[at + AT.exponent])[1]
-        mu += (numbers[at + AT.holding] - numbers[at + AT.mu]) * left
+def steady_coefficient(friction: SteadyNumbers, slip: Any) -> Any:
+    """Return the coefficient of friction in steady sliding at a speed, m/s."""
+    mu = friction.mu + friction.viscous * slip
+    if friction.speed > 0.0:
+        mu += (friction.holding - friction.mu) * still_to_fall(slip, friction.speed, friction.exponent)[1]
     return mu
 
 

@@ -15,9 +15,9 @@ import numpy as np
 from kanefe.kernels.algebra.lengths import beside
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.contact.broad_phase import sift
+from kanefe.kernels.contact.broad_phase import first_from, sift
 from kanefe.kernels.contact.contact_shapes import distance_in
-from kanefe.kernels.contact.granular_impulses import account, answer, pair_rates, solve
+from kanefe.kernels.contact.granular_impulses import account, pair_rates, solve
 from kanefe.kernels.contact.granular_scene import (
     Balls,
     BodyStates,
@@ -31,7 +31,8 @@ from kanefe.kernels.contact.granular_scene import (
     Wall,
 )
 from kanefe.kernels.joints.ball import put_turned
-from kanefe.kernels.values.tensors import NO_MATRIX, ZERO, Matrix, Vector, cross, dot, rotation, skew
+from kanefe.kernels.joints.motion import orientation, three
+from kanefe.kernels.values.tensors import NO_MATRIX, ZERO, Matrix, Vector, cross, dot, skew
 
 DONE, TOO_MANY = 0, 1
 
@@ -78,27 +79,12 @@ def _spin_rate(body: LooseBody, w: Vector) -> Vector:
 @kernel
 def _accelerate(given: Loose, steps: Steps, h: float) -> None:
     """Change the speeds as without contacts; by the spins of the middle of the step."""
-    bodies, states, gravity = (
-        LooseBodies(given.bodies),
-        BodyStates(steps.u),
-        Control(steps.counts, steps.control).gravity,
-    )
+    bodies, states = LooseBodies(given.bodies), BodyStates(steps.u)
+    gravity = Control(steps.counts, steps.control).gravity
     for i in range(len(bodies)):
         body, state = bodies[i], states[i]
         state.v += h * gravity
         state.w += h * _spin_rate(body, state.w + 0.5 * h * _spin_rate(body, state.w))
-
-
-@inlined
-def _place(q: np.ndarray, i: int) -> Vector:
-    """Return where a body is."""
-    return Vector(q[i, 0], q[i, 1], q[i, 2])
-
-
-@inlined
-def _axes(q: np.ndarray, i: int) -> Matrix:
-    """Return the axes of a body."""
-    return rotation(q[i, 3], q[i, 4], q[i, 5], q[i, 6])
 
 
 @kernel
@@ -108,7 +94,8 @@ def _detect(given: Loose, steps: Steps) -> int:
     largest = 0.0
     for i in range(count):
         ball = balls[i]
-        places[i].x = _place(steps.q, int(ball.body)) + _axes(steps.q, int(ball.body)) @ ball.centre
+        q = steps.q[int(ball.body)]
+        places[i].x = three(q, 0) + orientation(q, 3) @ ball.centre
         steps.keys[i], largest = places[i].x.x, max(largest, ball.radius)
     sift(steps.keys, steps.order, count, 1)  # nearly in order: few moves
     for at in range(count):
@@ -164,16 +151,10 @@ def _meet_balls(given: Loose, steps: Steps, at: int, largest: float, found: int)
     return found
 
 
-@kernel
+@inlined
 def _is_among(numbers: np.ndarray, one: int) -> bool:
-    low, high = 0, len(numbers)
-    while low < high:
-        middle = (low + high) // 2
-        if numbers[middle] < one:
-            low = middle + 1
-        else:
-            high = middle
-    return low < len(numbers) and numbers[low] == one
+    at = first_from(numbers, one)
+    return at < len(numbers) and numbers[at] == one
 
 
 Meets = namedtuple("Meets", "at key ball other gap normal")
@@ -196,15 +177,19 @@ def _meet(given: Loose, steps: Steps, found: Meets) -> None:
         arms, spins, lightness = _moved_by(given, steps, found.other, contact.axes, point)
         contact.other_arms, contact.other_spins, contact.other_lightness = arms, spins, lightness
     contact.before = pair_rates(contact, BodyStates(steps.u))
-    a, b, c = answer(contact, 1, 1), answer(contact, 1, 2), answer(contact, 2, 2)
-    contact.inverse_normal = 1.0 / answer(contact, 0, 0)
-    contact.inverse_along = 1.0 / (0.5 * (a + c) + math.sqrt(0.25 * (a - c) * (a - c) + b * b))
+    # axes are orthonormal: along them the lightness of both bodies is all that masses add
+    turning = contact.arms @ contact.spins.T + contact.other_arms @ contact.other_spins.T
+    x, y, z, both = turning.x, turning.y, turning.z, contact.lightness + contact.other_lightness
+    contact.inverse_normal, contact.by_normal = 1.0 / (x.x + both), Vector(0.0, x.y, x.z)
+    half, b = 0.5 * (y.y - z.z), y.z
+    contact.inverse_along = 1.0 / (0.5 * (y.y + z.z) + both + math.sqrt(half * half + b * b))
 
 
 @kernel
 def _moved_by(given: Loose, steps: Steps, i: int, axes: Matrix, point: Vector) -> tuple[Matrix, Matrix, float]:
     """Return the moments about a body of unit forces at a point, the spins that they make, and its lightness."""
-    body, A, arm = LooseBodies(given.bodies)[i], _axes(steps.q, i), point - _place(steps.q, i)
+    body, q = LooseBodies(given.bodies)[i], steps.q[i]
+    A, arm = orientation(q, 3), point - three(q, 0)
     arms = (A.T @ (skew(arm) @ axes.T)).T
     return arms, (body.inverse @ arms.T).T, 1.0 / body.mass
 
@@ -217,12 +202,8 @@ def _slot(slots: np.ndarray, key: int) -> int:
 @kernel
 def _recall(found: int, steps: Steps) -> None:
     """Write the impulses that contacts had in the step before, and zero of new ones."""
-    slots, keys, kept, contacts = (
-        steps.slots,
-        steps.kept_keys,
-        Places(steps.kept),
-        Contacts(steps.pairs, steps.contacts),
-    )
+    slots, keys, kept = steps.slots, steps.kept_keys, Places(steps.kept)
+    contacts = Contacts(steps.pairs, steps.contacts)
     for i in range(keys[-1]):
         at = _slot(slots, keys[i])
         while slots[at] >= 0:

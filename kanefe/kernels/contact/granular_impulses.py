@@ -11,10 +11,11 @@ from __future__ import annotations
 import math
 from collections import namedtuple
 
+from kanefe.kernels.algebra.lengths import largest_in
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.granular_scene import BodyStates, Contact, Contacts, Control, Groups, Stage, Steps
 from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
-from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, dot
+from kanefe.kernels.values.tensors import ZERO, Vector, dot
 
 CLOSE_SHARES = 0.5**HALVINGS
 """Length of an interval of shares that is not halved any more, relative to the whole one."""
@@ -44,13 +45,6 @@ def put_speeds(contact: Contact, states: BodyStates, both: Speeds) -> None:
 
 
 @inlined
-def row(A: Matrix, k: int) -> Vector:
-    """Return a row of a matrix."""
-    B = A.T
-    return B.x if k == 0 else B.y if k == 1 else B.z
-
-
-@inlined
 def rates(contact: Contact, both: Speeds) -> Vector:
     """Return the rates of a contact along its directions, m/s."""
     turning = contact.arms @ both.w - contact.other_arms @ both.other_w
@@ -64,29 +58,15 @@ def pair_rates(contact: Contact, states: BodyStates) -> Vector:
 
 
 @inlined
-def answer(contact: Contact, j: int, k: int) -> float:
-    """Return by what a unit impulse along one direction changes the rate along another, 1/kg."""
-    along = dot(row(contact.axes, j), row(contact.axes, k)) * (contact.lightness + contact.other_lightness)
-    turning = dot(row(contact.arms, j), row(contact.spins, k))
-    return along + turning + dot(row(contact.other_arms, j), row(contact.other_spins, k))  # type: ignore[no-any-return]
-
-
-@inlined
-def pushed(contact: Contact, k: int, both: Speeds, impulse: float) -> Speeds:
-    """Return the speeds after an impulse along one of the directions of a contact."""
-    e = row(contact.axes, k)
+def pushed(contact: Contact, both: Speeds, impulse: Vector) -> Speeds:
+    """Return the speeds after an impulse along the directions of a contact."""
+    push = contact.axes.T @ impulse
     return Speeds(
-        both.v + (impulse * contact.lightness) * e,
-        both.w + impulse * row(contact.spins, k),
-        both.other_v - (impulse * contact.other_lightness) * e,
-        both.other_w - impulse * row(contact.other_spins, k),
+        both.v + contact.lightness * push,
+        both.w + contact.spins.T @ impulse,
+        both.other_v - contact.other_lightness * push,
+        both.other_w - contact.other_spins.T @ impulse,
     )
-
-
-@inlined
-def largest_of(x: Vector) -> float:
-    """Return the largest size of a component."""
-    return max(abs(x.x), abs(x.y), abs(x.z))
 
 
 @inlined
@@ -98,24 +78,20 @@ def work_of(contact: Contact, states: BodyStates) -> float:
 @kernel
 def solve(found: int, steps: Steps) -> None:
     """Write the impulses of so many contacts, and the speeds that they lead to."""
-    control, contacts, states = (
-        Control(steps.counts, steps.control),
-        Contacts(steps.pairs, steps.contacts),
-        BodyStates(steps.u),
-    )
+    control, contacts = Control(steps.counts, steps.control), Contacts(steps.pairs, steps.contacts)
+    states = BodyStates(steps.u)
     groups, e, largest = Groups(steps.groups, steps.sums), control.restitution, 0.0
     for c in range(found):
         contact = contacts[c]
         now = pair_rates(contact, states)
         largest = max(largest, abs(now.x + e * contact.before.x))
-        contact.speed = max(largest_of(contact.before), largest_of(now))
+        contact.speed = max(largest_in(contact.before), largest_in(now))
         _put_law(contact, e, 0.0)
     for c in range(found):  # from the impulses of the step before
         contact = contacts[c]
         impulse = contact.impulse
         if impulse.x != 0.0:
-            both = pushed(contact, 0, speeds(contact, states), impulse.x)
-            put_speeds(contact, states, pushed(contact, 2, pushed(contact, 1, both, impulse.y), impulse.z))
+            put_speeds(contact, states, pushed(contact, speeds(contact, states), impulse))
     _put_groups(found, contacts, groups)
     is_first = True
     while True:
@@ -145,11 +121,8 @@ def _put_law(contact: Contact, share: float, of_all: float) -> None:
 @kernel
 def _sweep(found: int, is_first: bool, largest: float, steps: Steps) -> None:
     """Improve the impulses of groups that are not solved until their rates stay."""
-    control, contacts, states = (
-        Control(steps.counts, steps.control),
-        Contacts(steps.pairs, steps.contacts),
-        BodyStates(steps.u),
-    )
+    control, contacts = Control(steps.counts, steps.control), Contacts(steps.pairs, steps.contacts)
+    states = BodyStates(steps.u)
     groups, mu, change = Groups(steps.groups, steps.sums), control.friction, 0.0
     for _ in range(control.most_sweeps):
         change = 0.0
@@ -231,33 +204,29 @@ def _go_on(control: Control, groups: Groups) -> bool:
 @inlined
 def _improve(mu: float, contact: Contact, states: BodyStates) -> float:
     """Set the impulses of a contact by the speeds that the others leave; return by how much rates change, m/s."""
-    both, before, beside = speeds(contact, states), contact.impulse, contact.beside
-    normal = max(0.0, before.x - contact.inverse_normal * (rates(contact, both).x + beside.x))
+    both, before = speeds(contact, states), contact.impulse
+    rate = rates(contact, both) + contact.beside
+    normal = max(0.0, before.x - contact.inverse_normal * rate.x)
     if normal == 0.0 and before.x == 0.0:
         return 0.0  # open, and friction has ended with it
-    both = pushed(contact, 0, both, normal - before.x)
     change, s, t = abs(normal - before.x) / contact.inverse_normal, before.y, before.z
     if mu > 0.0:
-        rate = rates(contact, both)
-        s -= contact.inverse_along * (rate.y + beside.y)
-        t -= contact.inverse_along * (rate.z + beside.z)
+        rate += (normal - before.x) * contact.by_normal
+        s -= contact.inverse_along * rate.y
+        t -= contact.inverse_along * rate.z
         size = math.sqrt(s * s + t * t)
         if size > mu * normal:
             s, t = mu * normal / size * s, mu * normal / size * t
-        both = pushed(contact, 2, pushed(contact, 1, both, s - before.y), t - before.z)
         change = max(change, max(abs(s - before.y), abs(t - before.z)) / contact.inverse_along)
     contact.impulse = Vector(normal, s, t)
-    put_speeds(contact, states, both)
+    put_speeds(contact, states, pushed(contact, both, contact.impulse - before))
     return change
 
 
 @kernel
 def account(found: int, steps: Steps) -> None:
     """Add the energy that contacts took in a step."""
-    control, contacts, states = (
-        Control(steps.counts, steps.control),
-        Contacts(steps.pairs, steps.contacts),
-        BodyStates(steps.u),
-    )
+    control, contacts = Control(steps.counts, steps.control), Contacts(steps.pairs, steps.contacts)
+    states = BodyStates(steps.u)
     for c in range(found):
         control.taken -= work_of(contacts[c], states)

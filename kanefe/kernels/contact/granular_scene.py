@@ -57,8 +57,9 @@ class Contact(Record):
     In rows of matrices, along the normal and two tangential directions: the directions in N, the moments of unit forces
     about both bodies, in their axes, and the angular velocities that unit impulses add. Then the inverses of both
     masses, 1/kg; the impulse, N s; what the law adds to the rates at the end of the step, of those at its start, m/s;
-    the inverses of the effective inertias, kg; the rates at the start, and the largest of these and of those without
-    impulses. `key` is a number of the pair, `group` the root of its group.
+    the inverses of the effective inertias, kg; what a unit impulse along the normal adds to the other rates, 1/kg; the
+    rates at the start, and the largest of these and of those without impulses. `key` is a number of the pair, `group`
+    the root of its group.
     """
 
     body: int
@@ -76,6 +77,7 @@ class Contact(Record):
     beside: Vector
     inverse_normal: float
     inverse_along: float
+    by_normal: Vector
     before: Vector
     speed: float
 

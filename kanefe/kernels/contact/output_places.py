@@ -1,11 +1,38 @@
-"""What contacts have as outputs, and what they say of a status: without the code that writes them."""
+"""What contacts have as outputs, status and margins: without the code that writes them."""
 
 from __future__ import annotations
+
+from enum import IntEnum
 
 from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import Vector
 
-OPEN, STICKS, SLIPS = range(3)
+
+class Status(IntEnum):
+    """Status of a point, and of what several have together the largest."""
+
+    OPEN = 0
+    STICKS = 1
+    SLIPS = 2
+
+
+class Margins(Record):
+    """How far points of rigid contacts are from their next events.
+
+    Attributes
+    ----------
+    gap : float
+        To a touch, m.
+    normal, slip_margin : float
+        The normal force, with which they lift, and the friction that is left until they slip, N.
+    left_of_slip : float
+        What is zero where they stick, m/s.
+    """
+
+    gap: float
+    normal: float
+    slip_margin: float
+    left_of_slip: float
 
 
 class ContactOutputs(Record):
@@ -33,6 +60,7 @@ class PointOutputs(Record):
 
 
 PointsOutputs = Rows[PointOutputs]
+ContactsOutputs = Rows[ContactOutputs]
 
 
 CONTACT_OUTPUTS, POINT_OUTPUTS = ContactOutputs.number_count, PointOutputs.number_count

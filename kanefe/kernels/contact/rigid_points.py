@@ -5,39 +5,31 @@ The equations are those of `kanefe.contact.rigid.meeting` and `kanefe.contact.ri
 
 from __future__ import annotations
 
-from collections import namedtuple
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.algebra.lengths import across, beside, norm
-from kanefe.kernels.algebra.vectors import Numbers, as_matrix, as_vector, numbers_of, three, vector
 from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.contact.contact_places import FrictionStates
 from kanefe.kernels.contact.contact_shapes import Plane, ShapeKind, distance, normal_rate
-from kanefe.kernels.contact.falling import AT, STEADY_NUMBERS, steady_coefficient
-from kanefe.kernels.force_elements.blocks import places
-from kanefe.kernels.layout import Y, Z
-from kanefe.kernels.loads.markers import MARKER_NUMBERS, axes_of, lever_of, motion_of
+from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient
+from kanefe.kernels.loads.markers import Marker, motion_of
 from kanefe.kernels.tables import RigidPoints
-from kanefe.kernels.values.records import Record, Rows, column
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.tree import Frames
+from kanefe.kernels.values.records import Record, Rows
+from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
 
-ON_SURFACE, OF_PROBE, STATUS, SHAPE, HAS_FRICTION, HAS_MARK, FIRST_STATE, CONTACT, LAW, TELLS = range(10)
-"""Columns of the integers of a point: rows of the surface and of the probe (-1: N); where its status is among the
-internal states, followed by what it keeps; where its shape begins; whether it rubs, and sticks at one place; where the
-states of its contact begin; the number of that among the rigid ones; its law of impact; and whether a run tells what it
-does."""
-POINT_INTEGERS = 10
 
-STRONGE, NEWTON, POISSON, DISTRIBUTING = range(4)
-"""Laws of impact, in the order of `kanefe.contact.rigid.rigid.IMPACT_LAWS`."""
+class ImpactLaw(IntEnum):
+    """Laws of impact, in the order of `kanefe.contact.rigid.rigid.IMPACT_LAWS`."""
 
-SLIP, WORK, TAKEN = range(3)
-"""Indices of the states of a contact: the path slid, the work of friction, and what impacts have taken from the motion
-between the bodies that touch (J)."""
+    STRONGE = 0
+    NEWTON = 1
+    POISSON = 2
+    DISTRIBUTING = 3
 
-KEPT, KEPT_RATE = 1, 4
-"""Indices of the states of a point after that of its status: see `kanefe.contact.rigid.rigid_contact`."""
 
 CLOSED_FROM, SLIPS_FROM = 0.5, 1.5
 """Values of a status above which a point is closed, and slips; methods keep it to round-off."""
@@ -56,17 +48,72 @@ kept."""
 TURNED = 0.5
 """Cosine of the angle by which a slip turns until its direction is stored again."""
 
-PointConstants = namedtuple(
-    "PointConstants", "point radius ring axis share restitution stiffness exponent belt friction"
-)
-"""Numbers of a point: its centre in the axes of its end, m; then see `kanefe.contact.geometry.shape.Probe`. `stiffness,
-exponent`: of an impact that contacts share by them; `belt`: velocity of the surface in its axes, m/s; `friction`:
-`SteadyNumbers`."""
 
-OF_POINT = places(PointConstants, point=3, axis=3, belt=3)
-HOLDING = int(OF_POINT.friction) + int(AT.holding)
-"""Index of the largest coefficient with which a point sticks, among its constants."""
-POINT_CONSTANTS = int(OF_POINT.friction) + STEADY_NUMBERS
+class RigidPoint(Record, is_frozen=True):
+    """What is given of a point.
+
+    Attributes
+    ----------
+    surface, probe : Marker
+        The frames of the surface and of what the point is fixed in.
+    status, first_state : int
+        Where its `PointStates` and the `RigidStates` of its contact are among the internal states.
+    shape : int
+        Where that of the surface begins in `RigidPoints.shapes`.
+    rubs, has_mark : bool
+        Whether it has friction, and sticks at one place.
+    contact : int
+        Number of its contact among the rigid ones.
+    law : int
+        `ImpactLaw`.
+    tells : bool
+        Whether a run tells what it does.
+    point, radius, ring, axis, share
+        See `kanefe.contact.geometry.shape.Probe`; in the axes of the probe.
+    restitution, stiffness, exponent : float
+        Of impacts; the latter of those that contacts share by them.
+    belt : Vector
+        Velocity of the surface in its axes, m/s.
+    friction : SteadyNumbers
+    """
+
+    surface: Marker
+    probe: Marker
+    status: int
+    first_state: int
+    shape: int
+    rubs: bool
+    has_mark: bool
+    contact: int
+    law: int
+    tells: bool
+    point: Vector
+    radius: float
+    ring: float
+    axis: Vector
+    share: float
+    restitution: float
+    stiffness: float
+    exponent: float
+    belt: Vector
+    friction: SteadyNumbers
+
+
+GivenPoints = Rows[RigidPoint]
+
+
+class PointStates(Record):
+    """The internal states of a point: see `kanefe.contact.rigid.rigid_contact`."""
+
+    status: float
+    kept: Vector
+    rate: Vector
+
+
+class RigidStates(FrictionStates):
+    """The first states of a contact, with what impacts have taken from the motion between the bodies that touch, J."""
+
+    taken: float
 
 
 class Meeting(Record):
@@ -76,6 +123,8 @@ class Meeting(Record):
     ----------
     rates, remainder : Vector
         Along the normal and both directions.
+    surface : Matrix
+        Axes of the surface.
     tangential : Vector
         Friction of what slips for a unit of the normal force, in N.
     """
@@ -88,98 +137,96 @@ class Meeting(Record):
     second: Vector
     rates: Vector
     remainder: Vector
+    surface: Matrix
     tangential: Vector
 
 
-Meetings = Rows[Meeting]
-
-
-_MetNumbers = namedtuple("_MetNumbers", "gap place point normal first second rates remainder tangential")
-MET: Any = _MetNumbers._make(column(Meeting, name) for name in Meeting.fields)
-MET_NUMBERS = Meeting.number_count
+class Meetings(Rows[Meeting]):
+    """How all points meet their surfaces."""
 
 
 def no_rigid_points() -> RigidPoints:
     """Return the tables of a scene without rigid contacts."""
-    integers, markers = np.zeros((0, POINT_INTEGERS), dtype=np.int64), np.zeros((0, MARKER_NUMBERS))
-    return RigidPoints(integers, markers, np.zeros((0, POINT_CONSTANTS)), np.zeros(0))
+    integers = np.zeros((0, RigidPoint.integer_count), dtype=np.int64)
+    return RigidPoints(integers, np.zeros((0, RigidPoint.number_count)), np.zeros(0))
 
 
 @inlined
-def is_closed(points: RigidPoints, p: int, z: np.ndarray) -> bool:
+def given_points(points: RigidPoints) -> GivenPoints:
+    """Return what is given of all points."""
+    return GivenPoints(points.places, points.numbers)
+
+
+@inlined
+def is_closed(given: RigidPoint, z: np.ndarray) -> bool:
     """Return whether a point touches with internal states z."""
-    return z[points.places[p, STATUS]].real > CLOSED_FROM
+    return PointStates(z, given.status).status.real > CLOSED_FROM
 
 
 @inlined
-def is_slipping(points: RigidPoints, p: int, z: np.ndarray) -> bool:
+def is_slipping(given: RigidPoint, z: np.ndarray) -> bool:
     """Return whether a point slips with internal states z."""
-    return z[points.places[p, STATUS]].real > SLIPS_FROM
+    return PointStates(z, given.status).status.real > SLIPS_FROM
 
 
 @inlined
-def motion_of_marker(  # type: ignore[no-untyped-def]
-    markers: np.ndarray, n: int, row: int, lever: Numbers, gravity: np.ndarray, work: np.ndarray
-):
-    """Return position, axes, velocity, angular velocity, Z and Y of a marker; gravity in Z cancels."""
-    axes = axes_of(markers, n, row, work)
-    p, v, w = motion_of(row, lever, work)
-    zero = 0.0 * lever[0]
-    if row < 0:
-        fall = (zero - gravity[0], zero - gravity[1], zero - gravity[2])
-        return p, axes, v, w, fall, (zero, zero, zero)
-    turn, rate, arm = as_vector(vector(work, row, Y)), as_vector(w), as_vector(lever)
-    moved = as_vector(vector(work, row, Z)) + cross(turn, arm) + cross(rate, cross(rate, arm))
-    return p, axes, v, w, numbers_of(moved), numbers_of(turn)
-
-
-MarkerMotion = namedtuple("MarkerMotion", "p A v w Z Y")
-"""Position, axes, velocity, angular velocity, Z and Y of a marker."""
+def is_rubbing(given: RigidPoint, z: np.ndarray) -> bool:
+    """Return whether a point slips with friction."""
+    return given.rubs and is_slipping(given, z)
 
 
 @inlined
-def moving(points: RigidPoints, n: int, row: int, gravity: np.ndarray, work: np.ndarray) -> MarkerMotion:
-    """Return how a marker moves."""
-    lever = lever_of(points.markers, n, row, work)
-    p, A, v, w, Z, Y = motion_of_marker(points.markers, n, row, lever, gravity, work)
-    return MarkerMotion(as_vector(p), as_matrix(A), as_vector(v), as_vector(w), as_vector(Z), as_vector(Y))
+def touches(points: GivenPoints, z: np.ndarray) -> bool:
+    """Return whether any point touches."""
+    found = False
+    for p in range(len(points)):
+        found = found or is_closed(points[p], z)
+    return found
+
+
+@inlined
+def along(met: Meeting, direction: int) -> Vector:
+    """Return the normal of a surface, or one of the directions along it (1, 2)."""
+    return met.normal if direction == 0 else met.first if direction == 1 else met.second
+
+
+@inlined
+def part_of(a: Vector, direction: int) -> Any:
+    """Return the part of rates along such a direction."""
+    return a.x if direction == 0 else a.y if direction == 1 else a.z
 
 
 @kernel
-def meet(points: RigidPoints, p: int, gravity: np.ndarray, work: np.ndarray, met: np.ndarray) -> None:
+def meet(given: RigidPoint, shapes: np.ndarray, frames: Frames, found: Meeting) -> None:
     """Write where and how a point meets its surface, but for what rubs, after an outward sweep."""
-    at, own, found = points.places[p], points.numbers[p], Meetings(met)[p]
-    a = moving(points, 2 * p, at[ON_SURFACE], gravity, work)
-    b = moving(points, 2 * p + 1, at[OF_PROBE], gravity, work)
-    shape, ring = at[SHAPE], own[OF_POINT.ring]
-    spoke = b.A @ as_vector(three(own, OF_POINT.point))
+    a, b, shape = motion_of(given.surface, frames), motion_of(given.probe, frames), given.shape
+    spoke = b.A @ given.point
     spoke_rate = cross(b.w, spoke)
-    if ring > 0.0:  # on a plane alone: its normal stays in the surface
-        n = a.A @ Plane(points.shapes, shape).normal
-        down, down_rate = _lowest(n, cross(a.w, n), b.A @ as_vector(three(own, OF_POINT.axis)), b.w)
-        spoke += ring * down
-        spoke_rate += ring * down_rate
+    if given.ring > 0.0:  # on a plane alone: its normal stays in the surface
+        n = a.A @ Plane(shapes, shape).normal
+        down, down_rate = _lowest(n, cross(a.w, n), b.A @ given.axis, b.w)
+        spoke += given.ring * down
+        spoke_rate += given.ring * down_rate
     arm = b.p + spoke - a.p
     place = a.A.T @ arm
-    away = distance(points.shapes, shape, place)
+    away = distance(shapes, shape, place)
     n = a.A @ away.normal
     n_rate = cross(a.w, n)
-    if int(points.shapes[shape]) != ShapeKind.PLANE:
+    if int(shapes[shape]) != ShapeKind.PLANE:
         past = a.A.T @ (b.v + spoke_rate - (a.v + cross(a.w, arm)))
-        n_rate += a.A @ normal_rate(points.shapes, shape, place, past)
+        n_rate += a.A @ normal_rate(shapes, shape, place, past)
     first = beside(away.normal)
     second, first = a.A @ cross(away.normal, first), a.A @ first
-    radius = own[OF_POINT.radius]
-    spoke, spoke_rate = spoke - radius * n, spoke_rate - radius * n_rate
+    spoke, spoke_rate = spoke - given.radius * n, spoke_rate - given.radius * n_rate
     arm = b.p + spoke - a.p
     v = b.v + cross(b.w, spoke) - (a.v + cross(a.w, arm))
-    arm_rate = b.v + spoke_rate - a.v
-    left = b.Z + cross(b.Y, spoke) + cross(b.w, spoke_rate) - (a.Z + cross(a.Y, arm) + cross(a.w, arm_rate))
-    along, slip = left + cross(v, a.w), v - a.A @ as_vector(three(own, OF_POINT.belt))
-    found.gap, found.place, found.point = away.gap - radius, place, b.p + spoke
+    left = b.Z + cross(b.Y, spoke) + cross(b.w, spoke_rate)
+    left -= a.Z + cross(a.Y, arm) + cross(a.w, b.v + spoke_rate - a.v)
+    beyond, slip = left + cross(v, a.w), v - a.A @ given.belt
+    found.gap, found.place, found.point, found.surface = away.gap - given.radius, place, b.p + spoke, a.A
     found.normal, found.first, found.second = n, first, second
     found.rates = Vector(dot(n, v), dot(first, slip), dot(second, slip))
-    found.remainder = Vector(dot(n, left) + dot(n_rate, v), dot(first, along), dot(second, along))
+    found.remainder = Vector(dot(n, left) + dot(n_rate, v), dot(first, beyond), dot(second, beyond))
 
 
 @inlined
@@ -196,57 +243,50 @@ def _lowest(n: Vector, n_rate: Vector, axis: Vector, w: Vector) -> tuple[Vector,
 
 
 @kernel
-def rub_along(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> None:
+def rub_along(given: RigidPoint, z: np.ndarray, met: Meeting) -> None:
     """Write the friction of a point for a unit of its normal force: of one that slips, after `meet`."""
-    found = Meetings(met)[p]
-    found.tangential = 0.0 * found.first
-    if is_slipping(points, p, z) and points.places[p, HAS_FRICTION] != 0:
-        a, b, speed = slip_direction(points, p, z, work, met)
-        mu = steady_coefficient(points.numbers[p], OF_POINT.friction, speed)
-        found.tangential = -mu * (a * found.first + b * found.second)
+    met.tangential = 0.0 * met.first
+    if is_rubbing(given, z):
+        a, b, speed = slip_direction(given, z, met)
+        mu = steady_coefficient(given.friction, speed)
+        met.tangential = -mu * (a * met.first + b * met.second)
 
 
 @inlined
-def kept_along(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> tuple[Any, Any]:
+def kept_along(given: RigidPoint, z: np.ndarray, met: Meeting) -> tuple[Any, Any]:
     """Return what a point keeps along both directions of its surface."""
-    found, at = Meetings(met)[p], points.places[p]
-    A = as_matrix(axes_of(points.markers, 2 * p, at[ON_SURFACE], work))
-    kept = A @ as_vector(three(z, at[STATUS] + KEPT))
-    return dot(found.first, kept), dot(found.second, kept)
+    kept = met.surface @ PointStates(z, given.status).kept
+    return dot(met.first, kept), dot(met.second, kept)
 
 
 @inlined
-def slip_direction(
-    points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray
-) -> tuple[Any, Any, Any]:
+def slip_direction(given: RigidPoint, z: np.ndarray, met: Meeting) -> tuple[Any, Any, Any]:
     """Return the direction of a slip over both directions along the surface, and its speed."""
-    a, b = kept_along(points, p, z, work, met)
-    rates = Meetings(met)[p].rates
-    size, x, y = np.sqrt(a * a + b * b), rates.y, rates.z
+    a, b = kept_along(given, z, met)
+    size, x, y = np.sqrt(a * a + b * b), met.rates.y, met.rates.z
     speed = np.sqrt(x * x + y * y)
     if size.real > 0.0:
         a, b = a / size, b / size
-    along = x * a + y * b
-    off_x, off_y = x - along * a, y - along * b
+    ahead = x * a + y * b
+    off_x, off_y = x - ahead * a, y - ahead * b
     off = np.sqrt((off_x * off_x + off_y * off_y).real)
     if not (size.real == 0.0 or size.real > BEGINS or off <= STRAIGHT * speed.real):
-        sign = -1.0 if along.real < 0.0 else 1.0
+        sign = -1.0 if ahead.real < 0.0 else 1.0
         a, b = sign * x / speed, sign * y / speed
     return a, b, speed
 
 
 @inlined
-def left_of_gap(points: RigidPoints, p: int, z: np.ndarray, met: np.ndarray) -> Any:
+def left_of_gap(given: RigidPoint, z: np.ndarray, met: Meeting) -> Any:
     """Return the gap of an open point above where it left the surface: see `RigidContact.left_of_gap`."""
-    return Meetings(met)[p].gap + z[points.places[p, STATUS] + KEPT]
+    return met.gap + PointStates(z, given.status).kept.x
 
 
 @inlined
-def left_of_slip(points: RigidPoints, p: int, z: np.ndarray, work: np.ndarray, met: np.ndarray) -> Any:
+def left_of_slip(given: RigidPoint, z: np.ndarray, met: Meeting) -> Any:
     """Return what is zero where a slip ends or has turned too far: see `RigidContact.left_of_slip`."""
-    a, b = kept_along(points, p, z, work, met)
-    rates, size = Meetings(met)[p].rates, norm(as_vector(three(z, points.places[p, STATUS] + KEPT)))
-    x, y = rates.y, rates.z
+    a, b = kept_along(given, z, met)
+    size, x, y = norm(PointStates(z, given.status).kept), met.rates.y, met.rates.z
     speed = np.sqrt(x * x + y * y)
-    along = (x * a + y * b) / (size if size > 0.0 else 1.0)
-    return min(along + BACK * size, size - speed) if size > BEGINS else along - TURNED * speed
+    ahead = (x * a + y * b) / (size if size > 0.0 else 1.0)
+    return min(ahead + BACK * size, size - speed) if size > BEGINS else ahead - TURNED * speed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import numpy as np
@@ -9,25 +10,98 @@ import numpy as np
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.compiler.signatures import in_place
+from kanefe.kernels.contact.output_places import (
+    CONTACT_OUTPUTS,
+    POINT_OUTPUTS,
+    ContactsOutputs,
+    PointsOutputs,
+)
+from kanefe.kernels.force_elements.places import WRENCH, Wrenches
+from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.scene import Scene, Work, memory_size, work_in
-from kanefe.kernels.values.records import Array, Record, Start
+from kanefe.kernels.values.records import Array, Many, Record, Rows, Start, Table, Values
+from kanefe.kernels.values.tensors import Vector
 
-WRENCH = 6
+BodyFrames = Rows[Marker]
+"""The frame of each body, in its row."""
 
-RATES, REACTIONS, DRIVING, LOOP_FORCES, GEAR_FORCES, PARTS, ENDS, CONTACTS, POINTS, WIDTH = range(10)
-"""Columns at which the rates of the state begin in a row of what is told, and forces: of joints on their bodies, of
-drives, of loops on their ends b, of gears on coordinates, parts of those at interfaces, of loads between frames on
-their ends, outputs of rigid contacts and of their points; its width."""
 
-# Columns of the integers of a held body
-HELD_ROW, FIRST_COMPONENT, COMPONENT_COUNT, HELD_POOL = range(4)
-# Columns of a component that is fixed in G: row of its interface, and which of six it is
-AT_ROW, COMPONENT = range(2)
-# Columns of a part of the force at an interface
-PART_ROW, FIRST_SOURCE, SOURCE_COUNT = range(3)
-# Columns of a source; the numbers are those of the first component, body, row of constraints, end or point load
-SOURCE_KIND, FIRST_OF_SOURCE, COUNT_OF_SOURCE, END_OF_SOURCE = range(4)
-OF_CARRIER, OF_CHILD, OF_LOOP, OF_LOAD, OF_POINT_LOAD = range(5)
+class ToldLoop(Record, is_frozen=True):
+    """A loop joint, or another constraint with two ends: its first row, and how many it has."""
+
+    first: int
+    count: int
+
+
+class ToldGear(Record, is_frozen=True):
+    """A coordinate that a gear, rack or other coupler couples: the row of that, and its coefficient there."""
+
+    row: int
+    coefficient: float
+
+
+class HeldBody(Record, is_frozen=True):
+    """A flexible body with components fixed in G.
+
+    Attributes
+    ----------
+    row, first, count : int
+        Its row, the first of these components, and how many they are.
+    width : int
+        Numbers of a motion: 6, and k.
+    motions : ndarray, shape (count, width)
+        Of G and of the modes, by a unit displacement along each.
+    """
+
+    row: int
+    first: int
+    count: int
+    width: int
+    constants: Annotated[int, Start("pool")]
+    motions: Annotated[np.ndarray, Array("count", "width")]
+
+
+class FixedComponent(Record, is_frozen=True):
+    """A component that is fixed in G: row of its interface, which of six it is, and its axis in G."""
+
+    row: int
+    component: int
+    axis: Vector
+
+
+class ToldPart(Record, is_frozen=True):
+    """A part of the force at an interface: the row of that, the first of its sources, and how many they are."""
+
+    row: int
+    first: int
+    count: int
+
+
+class SourceKind(IntEnum):
+    """What a force comes from: components fixed in G, a body, rows of constraints, an end of a load, a point load."""
+
+    CARRIER = 0
+    CHILD = 1
+    LOOP = 2
+    LOAD = 3
+    POINT_LOAD = 4
+
+
+class ToldSource(Record, is_frozen=True):
+    """A source: its `SourceKind`, number of the first, how many there are, and the end of these (0, 1)."""
+
+    kind: int
+    first: int
+    count: int
+    end: int
+
+
+ToldLoops = Rows[ToldLoop]
+ToldGears = Rows[ToldGear]
+HeldBodies = Rows[HeldBody]
+FixedComponents = Rows[FixedComponent]
+ToldParts = Rows[ToldPart]
+ToldSources = Rows[ToldSource]
 
 
 @in_place
@@ -36,43 +110,80 @@ class ForceTables(NamedTuple):
 
     Attributes
     ----------
-    bodies : ndarray of int, shape (bodies,)
-        Row of each body.
-    frames : ndarray, shape (bodies, 12)
-        Origin and axes of its frame in the row.
-    loops : ndarray of int, shape (loops, 2)
-        First row of each loop joint or other constraint with two ends, and number of rows.
-    gear_rows : ndarray of int, shape (g,)
-        Row of the gear, of each coordinate that a gear, rack or other coupler couples.
-    coefficients : ndarray, shape (g,)
-        Its coefficient there.
-    held : ndarray of int, shape (flexible bodies with components fixed in G, 4)
-        Row, first component and their number, and where constants are in the pool: for each component the motion of G,
-        (6,), and that of the k modes.
-    components : ndarray of int, shape (c, 2)
-    axes : ndarray, shape (c, 3)
-        Axis of each component in G.
-    pool : ndarray
-    parts : ndarray of int, shape (p, 3)
-    sources : ndarray of int, shape (s, 4)
-    places : ndarray of int, shape (10,)
-    work : ndarray of int
-        The whole numbers of `ForceWork`.
+    bodies, frames : ndarray
+        `BodyFrames`.
+    loops : ndarray of int
+        `ToldLoops`.
+    gears, coefficients : ndarray
+        `ToldGears`.
+    held, pool : ndarray
+        `HeldBodies`.
+    components, axes : ndarray
+        `FixedComponents`.
+    parts, sources : ndarray of int
+        `ToldParts`, `ToldSources`.
+    told, work : ndarray of int
+        The whole numbers of `ToldForces` and of `ForceWork`.
     """
 
-    bodies: Integers
+    bodies: IntegerRows
     frames: RealRows
     loops: IntegerRows
-    gear_rows: Integers
-    coefficients: Reals
+    gears: IntegerRows
+    coefficients: RealRows
     held: IntegerRows
+    pool: Reals
     components: IntegerRows
     axes: RealRows
-    pool: Reals
     parts: IntegerRows
     sources: IntegerRows
-    places: Integers
+    told: Integers
     work: Integers
+
+
+class ToldForces(Record, is_frozen=True):
+    """What is told of a state.
+
+    Attributes
+    ----------
+    size : int
+        How many numbers it has.
+    rates : ndarray
+        Of the state.
+    reactions : Wrenches
+        Of joints on their bodies.
+    driving : ndarray
+        Of drives.
+    loops : Wrenches
+        Of loops on their ends b.
+    gears : ndarray
+        Of gears on coordinates.
+    parts, ends : Wrenches
+        Parts of the forces at interfaces, and those of loads between frames on their ends.
+    contacts, points : Rows
+        Outputs of rigid contacts, and of their points.
+    """
+
+    size: int
+    rate_count: int
+    body_count: int
+    drive_count: int
+    loop_count: int
+    gear_count: int
+    part_count: int
+    end_count: int
+    contact_count: int
+    point_count: int
+    begins: Annotated[int, Start("memory")]
+    rates: Annotated[np.ndarray, Array("rate_count")]
+    reactions: Annotated[Wrenches, Table(Wrenches, "body_count", WRENCH)]
+    driving: Annotated[np.ndarray, Array("drive_count")]
+    loops: Annotated[Wrenches, Table(Wrenches, "loop_count", WRENCH)]
+    gears: Annotated[np.ndarray, Array("gear_count")]
+    parts: Annotated[Wrenches, Table(Wrenches, "part_count", WRENCH)]
+    ends: Annotated[Wrenches, Table(Wrenches, "end_count", WRENCH)]
+    contacts: Annotated[ContactsOutputs, Table(ContactsOutputs, "contact_count", CONTACT_OUTPUTS)]
+    points: Annotated[PointsOutputs, Table(PointsOutputs, "point_count", POINT_OUTPUTS)]
 
 
 class ForceWork(Record, is_frozen=True):
@@ -83,7 +194,7 @@ class ForceWork(Record, is_frozen=True):
     size, state_count, end_count, component_count, exerted_size : int
     load_rates, powers : ndarray, shapes (states,), (2,)
         That nobody asks for.
-    points : ndarray, shape (ends, 3)
+    points : Values
         Where the ends of loads are, in N.
     components, pivots : ndarray, shape (c,)
         Forces along the components fixed in G; workspace.
@@ -100,7 +211,7 @@ class ForceWork(Record, is_frozen=True):
     begins: Annotated[int, Start("memory")]
     load_rates: Annotated[np.ndarray, Array("state_count")]
     powers: Annotated[np.ndarray, Array(2)]
-    points: Annotated[np.ndarray, Array("end_count", 3)]
+    points: Annotated[Values, Many(Vector, "end_count")]
     components: Annotated[np.ndarray, Array("component_count")]
     pivots: Annotated[np.ndarray, Array("component_count")]
     system: Annotated[np.ndarray, Array("component_count", "component_count")]

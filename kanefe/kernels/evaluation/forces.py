@@ -21,24 +21,12 @@ from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
 from kanefe.kernels.constraints.told_shares import told_multipliers
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import AT_TIME, DONE_AS, LEAST_PIVOT, add_forces
-from kanefe.kernels.evaluation.force_tables import (
-    DRIVING,
-    ENDS,
-    GEAR_FORCES,
-    LOOP_FORCES,
-    REACTIONS,
-    WRENCH,
-    ForceMemory,
-    ForceTables,
-    ForceWork,
-    forces_in,
-)
+from kanefe.kernels.evaluation.force_tables import ForceMemory, ForceTables, ForceWork, ToldForces, forces_in
 from kanefe.kernels.evaluation.told_contacts import tell_contacts
 from kanefe.kernels.evaluation.told_forces import hold_components, tell_gears, tell_joints, tell_loops, tell_parts
-from kanefe.kernels.force_elements.places import Done, Ends
+from kanefe.kernels.force_elements.places import Done, Ends, Wrenches
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_force_inward
-from kanefe.kernels.joints.motion import put_three
 from kanefe.kernels.loads.acting import acting_in, loads_of
 from kanefe.kernels.loads.loads_between import apply_load, evaluate_load
 from kanefe.kernels.loads.points import gather_points, push_points
@@ -50,7 +38,7 @@ from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward, with_rates
 from kanefe.kernels.tables import Loops
 from kanefe.kernels.tree import Kind
-from kanefe.kernels.values.tensors import dot
+from kanefe.kernels.values.tensors import ZERO, dot
 
 
 class Evaluated(NamedTuple):
@@ -114,7 +102,7 @@ def forces_of_states(
     evaluated : Evaluated
     told : States
     found : ndarray, shape (T, width)
-        See `ForceTables.places`.
+        `ToldForces` of each.
     is_told : ndarray of int, shape (T,)
         1, or 0 where the literal route has to tell: near singular positions, and where rows depend on each other, so
         that several multipliers do the same; of those of rigid contacts where `told_multipliers` does not know them.
@@ -138,10 +126,11 @@ def forces_of_states(
             call_address(evaluated.call.address, (evaluated.call.places, evaluated.call.numbers))
             if not has_all_forces(evaluated, state.z):
                 continue
-        copy(vectors[SLOPE], found[k, : vectors.shape[1]])
+        row = ToldForces(forces.told, found[k])
+        copy(vectors[SLOPE], row.rates)
         is_told[k] = 1
         copy(multipliers, own.work.multipliers)
-        put_forces(scene, forces, state, rates_in(scene.tables, vectors[SLOPE]).du, own, found[k])
+        put_forces(scene, forces, state, rates_in(scene.tables, vectors[SLOPE]).du, own, row)
 
 
 @inlined
@@ -168,7 +157,7 @@ def are_independent(loops: Loops, z: np.ndarray, multipliers: np.ndarray, scale:
 
 @expanded
 def put_forces(
-    scene: Scene, forces: ForceTables, state: State, du: np.ndarray, memory: ForceMemory, out: np.ndarray
+    scene: Scene, forces: ForceTables, state: State, du: np.ndarray, memory: ForceMemory, told: ToldForces
 ) -> None:
     """Write the forces of a state whose accelerations and multipliers are known."""
     loops, work, moving, own, multipliers = scene.loops, memory.work, memory.moving, memory.own, memory.work.multipliers
@@ -176,33 +165,33 @@ def put_forces(
     set_inertia(scene, work)
     add_forces(scene, state, work, Rates(du, du, own.load_rates, own.powers))
     if len(scene.between.loads) > 0:
-        add_and_tell_loads(scene, state, work, own, out[forces.places[ENDS] :])
-    exerted, rows = row_work_in(own.exerted, loops), work.frames.numbers
+        add_and_tell_loads(scene, state, work, own, told.ends)
+    exerted = row_work_in(own.exerted, loops)
     write_rows(scene, state, work, exerted)
     for j in range(len(multipliers)):
         if multipliers[j] != 0.0:
             push_row(scene, work, exerted, j, multipliers[j], True)
     sweep_outward(scene, with_rates(state, du, moving.still), moving, False)
     add_inertia_forces(scene, work, moving)
-    sum_inward(scene, work, out[forces.places[DRIVING] :])
-    tell_joints(forces, rows, out[forces.places[REACTIONS] :])
-    tell_loops(scene, forces, work, exerted, out[forces.places[LOOP_FORCES] :])
-    tell_gears(forces, multipliers, out[forces.places[GEAR_FORCES] :])
+    sum_inward(scene, work, told.driving)
+    tell_joints(forces, work, told.reactions)
+    tell_loops(scene, forces, work, exerted, told.loops)
+    tell_gears(forces, multipliers, told.gears)
     for h in range(len(forces.held)):
         hold_components(scene, forces, work, own, h)
-    tell_parts(scene, forces, state, work, own, out)
+    tell_parts(scene, forces, state, work, own, told)
     if len(loops.points.places) > 0:
-        tell_contacts(scene, forces, state, work, exerted.met, out)
+        tell_contacts(scene, state, work, exerted, told.contacts, told.points)
 
 
 @expanded
-def add_and_tell_loads(scene: Scene, state: State, work: Work, own: ForceWork, told: np.ndarray) -> None:
+def add_and_tell_loads(scene: Scene, state: State, work: Work, own: ForceWork, told: Wrenches) -> None:
     """Apply loads between frames one by one, and write what each does on its ends, in N, and where these are."""
     loads, acting, points = loads_of(scene), acting_in(scene, work), own.points
-    ends, wrenches = Ends(acting.ends), Done(acting.done).wrenches
+    ends, wrenches = Ends(acting.ends), Wrenches(Done(acting.done).wrenches)
     find_near(scene, work)
-    told[: WRENCH * len(scene.between.ends)] = 0.0
-    points[:, :] = 0.0
+    for e in range(len(told)):
+        told[e].force, told[e].moment, points[e] = ZERO, ZERO, ZERO
     for n in range(len(loads)):
         load = loads[n]
         if acting.nearness[n] <= 0.0:
@@ -210,9 +199,8 @@ def add_and_tell_loads(scene: Scene, state: State, work: Work, own: ForceWork, t
         gather_points(scene, work, load.team, n, n + 1)
         evaluate_load(scene, state, work, n, n)
         for e in range(load.end_count):
-            put_three(points[load.first_end + e], 0, ends[e].p)
-        for c in range(WRENCH * load.end_count):
-            told[WRENCH * load.first_end + c] = wrenches[c]
+            at = load.first_end + e
+            told[at].force, told[at].moment, points[at] = wrenches[e].force, wrenches[e].moment, ends[e].p
         apply_load(scene, work, n, n, own.load_rates)
         push_points(scene, work, load.team, n, n + 1)
 

@@ -9,12 +9,13 @@ from __future__ import annotations
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
+from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_potential
 from kanefe.kernels.loads.joint_forces import JointForces, along
 from kanefe.kernels.loads.loads_between import potential_between
+from kanefe.kernels.loads.telling import States, state_at
 from kanefe.kernels.scene import Scene, Sizes, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.step_commands import BalancedStep
 from kanefe.kernels.sweeps.body_inertia import first_moment
@@ -24,10 +25,29 @@ from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.tables import Tables
 from kanefe.kernels.tree import Frame, Kind, Link
+from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import NO_INERTIA, ZERO, Vector, cross, diagonal, dot, outer, symmetric
 
-BALANCE_NUMBERS = 9
-"""Number of values per state: see `balances_of_states`."""
+
+class Balance(Record):
+    """Energies (J) and momenta of a state.
+
+    Attributes
+    ----------
+    kinetic, elastic, weight : float
+        The latter by gravity.
+    momentum, spin : Vector
+        Linear, kg m/s, and angular about N's origin, kg m2/s.
+    """
+
+    kinetic: float
+    elastic: float
+    weight: float
+    momentum: Vector
+    spin: Vector
+
+
+Balances = Rows[Balance]
 
 
 @kernel
@@ -173,37 +193,23 @@ def balance(
 
 
 @entry()
-def balances_of_states(
-    scene: Scene,
-    times: Reals,
-    drives: RealBlocks,
-    inputs: RealRows,
-    states: RealRows,
-    found: RealRows,
-    memory: Reals,
-) -> None:
+def balances_of_states(scene: Scene, states: States, found: RealRows, memory: Reals) -> None:
     """Write energies and momenta of all of some states.
 
     Parameters
     ----------
-    times : ndarray, shape (T,)
-        s.
-    drives : ndarray, shape (T, driven, 3)
-    inputs : ndarray, shape (T or 1, inputs)
-    states : ndarray, shape (T, state)
-        Each begins with q, u and z.
-    found : ndarray, shape (T, BALANCE_NUMBERS)
-        Kinetic, elastic and gravity energy, linear momentum, and angular momentum about N's origin.
+    scene : Scene
+    states : States
+    found : ndarray
+        `Balances`, of each.
     memory : ndarray
         Of the size of that of an evaluation.
     """
-    work = work_in(scene, memory)
-    for k in range(len(states)):
-        state = state_in(scene.tables, times[k], states[k], drives[k], inputs[min(k, len(inputs) - 1)])
-        found[k, 0], found[k, 1], found[k, 2], _ = _energies(scene, state, work)
-        momentum, spin = _momenta_about_origin(scene, work)
-        put_three(found[k], 3, momentum)
-        put_three(found[k], 6, spin)
+    work, told = work_in(scene, memory), Balances(found)
+    for k in range(len(states.states)):
+        one = told[k]
+        one.kinetic, one.elastic, one.weight, _ = _energies(scene, state_at(scene, states, k), work)
+        one.momentum, one.spin = _momenta_about_origin(scene, work)
 
 
 @kernel

@@ -2,78 +2,63 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from kanefe.kernels.algebra.vectors import norm, plus, put_three, rotated_back, times, vector
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, OPEN, POINT_OUTPUTS, SLIPS, STICKS
-from kanefe.kernels.contact.rigid_points import (
-    CONTACT,
-    FIRST_STATE,
-    MET,
-    ON_SURFACE,
-    SLIP,
-    WORK,
-    is_closed,
-    is_slipping,
-    meet,
-)
-from kanefe.kernels.evaluation.force_tables import CONTACTS, POINTS, ForceTables
-from kanefe.kernels.loads.markers import axes_of
+from kanefe.kernels.algebra.lengths import norm
+from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.constraints.loop_tables import RowWork, head_of
+from kanefe.kernels.contact.output_places import ContactsOutputs, PointOutputs, PointsOutputs, Status
+from kanefe.kernels.contact.rigid_points import RigidStates, given_points, is_closed, is_slipping, meet
 from kanefe.kernels.scene import Scene, State, Work
+from kanefe.kernels.values.tensors import ZERO
 
 
 @kernel
 def tell_contacts(
-    scene: Scene, forces: ForceTables, state: State, work: Work, met: np.ndarray, out: np.ndarray
+    scene: Scene, state: State, work: Work, kept: RowWork, of_contacts: ContactsOutputs, of_points: PointsOutputs
 ) -> None:
-    """Write `CONTACT_OUTPUTS` of each contact, and `POINT_OUTPUTS` of each of its points.
+    """Write the outputs of each contact, and of each of its points.
 
     Parameters
     ----------
     work : Work
         Its multipliers of contact points are the last ones.
-    met : ndarray, shape (points, MET_NUMBERS)
-        Of what touches; that of open points is written here.
+    kept : RowWork
+        Of what touches; how open points meet their surfaces is written here.
+    of_contacts, of_points : Rows
     """
-    z, multipliers, rows = state.z, work.multipliers, work.frames.numbers
-    points, of_contacts, of_points = scene.loops.points, out[forces.places[CONTACTS] :], out[forces.places[POINTS] :]
-    count = len(points.places)
-    first = len(multipliers) - 3 * count
-    p = 0
-    while p < count:
-        contact, nearest = points.places[p, CONTACT], p
-        total, tangential, moved = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
-        normal, status = 0.0, OPEN
-        states = points.places[p, FIRST_STATE]
-        while p < count and points.places[p, CONTACT] == contact:
-            own, j = of_points[POINT_OUTPUTS * p : POINT_OUTPUTS * (p + 1)], first + 3 * p
-            own[:] = 0.0
-            if not is_closed(points, p, z):
-                meet(points, p, scene.tables.gravity, rows, met)
-            else:
-                axes = axes_of(points.markers, 2 * p, points.places[p, ON_SURFACE], rows)
-                along, across = vector(met, p, MET.first), vector(met, p, MET.second)
-                if is_slipping(points, p, z):
-                    status, own[11] = SLIPS, SLIPS
-                    friction = times(multipliers[j], vector(met, p, MET.tangential))
-                    slip = plus(times(met[p, MET.rates + 1], along), times(met[p, MET.rates + 2], across))
-                    put_three(own, 8, rotated_back(axes, slip))
-                else:
-                    status, own[11] = max(status, STICKS), STICKS
-                    friction = plus(times(multipliers[j + 1], along), times(multipliers[j + 2], across))
-                own[0] = multipliers[j]
-                put_three(own, 1, rotated_back(axes, friction))
-                normal += multipliers[j]
-                tangential = plus(tangential, friction)
-                total = plus(total, plus(times(multipliers[j], vector(met, p, MET.normal)), friction))
-                moved = plus(moved, times(multipliers[j], vector(met, p, MET.point)))
-            own[4] = -met[p, MET.gap]
-            if met[p, MET.gap] < met[nearest, MET.gap]:
+    points, p = given_points(scene.loops.points), 0
+    while p < len(points):
+        first, nearest, told = p, p, of_contacts[points[p].contact]
+        told.force = friction = moved = ZERO
+        told.pressed, told.status = 0.0, 0.0 + Status.OPEN.value
+        while p < len(points) and points[p].contact == points[first].contact:
+            own, met = of_points[p], kept.met[p]
+            tell_point(scene, state, work, kept, p, own)
+            if is_closed(points[p], state.z):
+                rubbed = met.surface @ own.rubbed
+                told.pressed += own.pressed
+                told.status = max(told.status, own.status)
+                told.force += own.pressed * met.normal + rubbed
+                friction, moved = friction + rubbed, moved + own.pressed * met.point
+            if met.gap < kept.met[nearest].gap:
                 nearest = p
             p += 1
-        told = of_contacts[CONTACT_OUTPUTS * contact : CONTACT_OUTPUTS * (contact + 1)]
-        put_three(told, 0, total)
-        told[3], told[4], told[5], told[6] = normal, norm(tangential), -met[nearest, MET.gap], z[states + SLIP]
-        put_three(told, 7, times(1.0 / normal, moved) if normal > 0.0 else vector(met, nearest, MET.point))
-        told[10], told[11] = z[states + WORK], status
+        states = RigidStates(state.z, points[first].first_state)
+        told.rubbed, told.depth, told.slip, told.work = norm(friction), -kept.met[nearest].gap, states.slip, states.work
+        told.place = (1.0 / told.pressed) * moved if told.pressed > 0.0 else kept.met[nearest].point
+
+
+@inlined
+def tell_point(scene: Scene, state: State, work: Work, kept: RowWork, p: int, told: PointOutputs) -> None:
+    """Write the outputs of a point."""
+    points, met, j = scene.loops.points, kept.met[p], head_of(scene.loops, p)
+    given, forces = given_points(points)[p], work.multipliers
+    told.pressed, told.rubbed, told.stretch, told.slip, told.status = 0.0, ZERO, ZERO, ZERO, 0.0 + Status.OPEN.value
+    if not is_closed(given, state.z):
+        meet(given, points.shapes, work.frames, met)
+    else:
+        friction, told.status = forces[j + 1] * met.first + forces[j + 2] * met.second, 0.0 + Status.STICKS.value
+        if is_slipping(given, state.z):
+            friction, told.status = forces[j] * met.tangential, 0.0 + Status.SLIPS.value
+            told.slip = met.surface.T @ (met.rates.y * met.first + met.rates.z * met.second)
+        told.pressed, told.rubbed = forces[j], met.surface.T @ friction
+    told.depth = -met.gap

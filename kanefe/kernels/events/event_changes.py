@@ -5,20 +5,11 @@ from __future__ import annotations
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.evaluation.momenta import Balances
 from kanefe.kernels.events.closing_call import close_at
-from kanefe.kernels.events.lookout import look_at_states
+from kanefe.kernels.events.lookout import look_at_states, put_given
 from kanefe.kernels.events.watched_run import STORM_SHARE, Does, Lookout, Passage, WatchedRun
-from kanefe.kernels.impacts.contact_questions import (
-    IS_DECIDED,
-    LENGTH,
-    REPORT_COUNT,
-    RUN_END,
-    RUN_RTOL,
-    RUN_SPAN,
-    WHAT,
-    WHEN,
-)
-from kanefe.kernels.sweeps.drives import put_drives
+from kanefe.kernels.impacts.contact_questions import Reports, WhyNot, question_of
 
 
 @inlined
@@ -60,7 +51,7 @@ def change_states(passage: Passage, t: float, found: int) -> bool:
     """
     lookout, watched = passage.lookouts.single, passage.watched
     y = lookout.states[0]
-    lookout.contacts.asked[REPORT_COUNT] = 0.0
+    question_of(lookout.contacts.inquiry).reports = 0
     for event in range(len(watched.kinds)):
         if not _changes(watched, event, t, found):
             continue
@@ -84,42 +75,38 @@ def change_states(passage: Passage, t: float, found: int) -> bool:
 def _change_contacts(passage: Passage, t: float, what: int) -> tuple[bool, float]:
     """Change speeds and states of rigid contacts; return whether that is decided, and the energy gained, J."""
     lookout, closing = passage.lookouts.single, passage.lookouts.closing
-    contacts, y = lookout.contacts, lookout.states[0]
-    copy(y, contacts.states[0])
+    contacts, states, y = lookout.contacts, lookout.contacts.states, lookout.states[0]
+    copy(y, states.states[0])
     if not ask_contacts(lookout, passage.watched, t, what):
         return False, 0.0
     if closing.has_loops and not close_at(closing, t, 0.0, y):
         return False, 0.0
-    copy(y, contacts.states[1])
-    gained = 0.0
+    copy(y, states.states[1])
     for i in range(2):
-        contacts.times[i] = t
-        put_drives(lookout.motions, t, contacts.drives[i])
-        copy(lookout.held, contacts.inputs[i])
-        lookout.fill(t, contacts.states[i], contacts.inputs[i])
+        states.times[i] = t
+        put_given(lookout, t, states.drives[i], states.states[i], states.inputs[i])
     call_address(contacts.balancing.address, (contacts.balancing.places, contacts.balancing.numbers))
-    for i in range(3):
-        gained += contacts.balances[1, i] - contacts.balances[0, i]
-    return True, gained
+    before, after = Balances(contacts.balances)[0], Balances(contacts.balances)[1]
+    return True, after.kinetic - before.kinetic + (after.elastic - before.elastic) + (after.weight - before.weight)
 
 
 @kernel
 def ask_contacts(lookout: Lookout, watched: WatchedRun, t: float, what: int) -> bool:
     """Ask for what follows an event of rigid contacts, or for blurs; return whether it is decided."""
-    contacts, asked = lookout.contacts, lookout.contacts.asked
-    asked[WHAT], asked[WHEN], asked[RUN_RTOL], asked[LENGTH] = what, t, watched.rtol, watched.length
-    asked[RUN_SPAN], asked[RUN_END] = watched.span, watched.stop
+    contacts, asked = lookout.contacts, question_of(lookout.contacts.inquiry)
+    asked.what, asked.when, asked.rtol, asked.length = what, t, watched.rtol, watched.length
+    asked.span, asked.stop = watched.span, watched.stop
     call_address(contacts.changing.address, (contacts.changing.places, contacts.changing.numbers))
-    return asked[IS_DECIDED] != 0.0
+    return asked.why_not == WhyNot.FOUND
 
 
 @kernel
 def take_reports(lookout: Lookout, watched: WatchedRun) -> None:
     """Write to the records what rigid contacts tell, with negative numbers."""
-    contacts = lookout.contacts
-    for i in range(int(contacts.asked[REPORT_COUNT])):
+    reports = Reports(lookout.contacts.inquiry.reports)
+    for i in range(question_of(lookout.contacts.inquiry).reports):
         row = watched.counts[0]
-        watched.records[row, 0], watched.records[row, 1] = contacts.reports[i, 0], -1.0 - contacts.reports[i, 1]
+        watched.records[row, 0], watched.records[row, 1] = reports[i].t, -1.0 - reports[i].code
         watched.counts[0] = row + 1
 
 

@@ -205,8 +205,9 @@ def find_brackets(value: Value, data: Any, of: StepSamples, direction: int, brac
     for k in range(first, count):
         if last != 0.0 and k + 1 < count and values[k] == 0.0 and sign_of(values[k + 1]) == sign_of(last):
             continue
-        if last != 0.0 and sign_of(values[k]) != sign_of(last):
-            found = _add(brackets, found, last_time, times[k], -last * direction)
+        is_zero = last != 0.0 and sign_of(values[k]) != sign_of(last)
+        if is_zero and last * direction <= 0.0:
+            found = insert(brackets, found, last_time, times[k])
         last_time, last = times[k], values[k]
     after = times[0]
     for k in range(first, count - 2):
@@ -215,23 +216,23 @@ def find_brackets(value: Value, data: Any, of: StepSamples, direction: int, brac
         a, b, sign = times[k], times[k + 2], sign_of(values[k])
         lowest, height = lowest_between(value, data, sign, a, b, FINENESS * (b - a))
         if height < 0.0:
-            found = _add(brackets, found, a, lowest, -sign * direction)
-            found = _add(brackets, found, lowest, b, sign * direction)
+            if sign * direction <= 0.0:
+                found = insert(brackets, found, a, lowest)
+            if sign * direction >= 0.0:
+                found = insert(brackets, found, lowest, b)
             after = b
     return found
 
 
 @exact
-def _add(brackets: np.ndarray, found: int, a: float, b: float, way: float) -> int:
-    """Put in an interval at its place in time, if its function passes zero the way that counts."""
-    if way < 0.0:
-        return found
-    k = found
-    while k > 0 and (brackets[k - 1, 0] > a or (brackets[k - 1, 0] == a and brackets[k - 1, 1] > b)):
-        brackets[k, 0], brackets[k, 1] = brackets[k - 1, 0], brackets[k - 1, 1]
+def insert(pairs: np.ndarray, count: int, a: float, b: float) -> int:
+    """Put in a pair at its place among so many that rise; return how many there are then."""
+    k = count
+    while k > 0 and (pairs[k - 1, 0] > a or (pairs[k - 1, 0] == a and pairs[k - 1, 1] > b)):
+        pairs[k, 0], pairs[k, 1] = pairs[k - 1, 0], pairs[k - 1, 1]
         k -= 1
-    brackets[k, 0], brackets[k, 1] = a, b
-    return found + 1
+    pairs[k, 0], pairs[k, 1] = a, b
+    return count + 1
 
 
 @exact
@@ -266,6 +267,61 @@ def root_in(value: Value, data: Any, a: float, b: float, span: float, is_beyond:
     ahead = tolerance
     while is_beyond and found < b and value(data, found) * fb <= 0.0:
         found, ahead = min(found + ahead, b), 2.0 * ahead  # where it stays at zero the way is long
+    return found
+
+
+class Sought(NamedTuple):
+    """What is looked for in a step: when a function passes zero.
+
+    Attributes
+    ----------
+    direction : int
+        1 where only rising through zero counts, -1 where only falling, else 0.
+    noise : float
+        Value below which it has no sign.
+    is_bound : bool
+        Whether it must not be below zero: that happens wherever it is.
+    is_beyond : bool
+        Whether the time is wanted from which on it has its new sign.
+    span : float
+        Of the run, s.
+    """
+
+    direction: int
+    noise: float
+    is_bound: bool
+    is_beyond: bool
+    span: float
+
+
+@exact
+def is_still(of: StepSamples, is_bound: bool) -> bool:
+    """Return whether nothing happens in a step by what is seen of a function in it."""
+    return is_quiet(of.times, of.values, of.number) and not (is_bound and of.values[0] < 0.0)
+
+
+@exact
+def zeros_of(value: Value, data: Any, raised: Any, of: StepSamples, wanted: Sought, zeros: np.ndarray) -> int:
+    """Write when a function passes zero in a step, in order of time; return how often.
+
+    Parameters
+    ----------
+    data, raised : any
+        Of the function, and of the same above zero by its noise.
+    of : StepSamples
+        All of them.
+    wanted : Sought
+    zeros : ndarray, shape (2 count, 2)
+        Its first column.
+    """
+    times, values, count, _ = of
+    first, found, asked = first_with_sign(values, count, wanted.noise), 1, data
+    if wanted.is_bound and values[first] < -wanted.noise:
+        asked, zeros[0, 0], zeros[0, 1] = raised, times[max(first - 1, 0)], times[first]
+    else:
+        found = find_brackets(value, data, StepSamples(times, values, count, first), wanted.direction, zeros)
+    for k in range(found):
+        zeros[k, 0] = root_in(value, asked, zeros[k, 0], zeros[k, 1], wanted.span, wanted.is_beyond)
     return found
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import exact, inlined, kernel
-from kanefe.kernels.compiler.arrays import Reals
+from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import close_at
@@ -66,11 +66,16 @@ def _look(lookout: Lookout, run: Run) -> None:
 def look_at_states(lookout: Lookout) -> None:
     """Write the values at the states and times of the lookout."""
     for i in range(len(lookout.times)):
-        t, y = lookout.times[i], lookout.states[i]
-        put_drives(lookout.motions, t, lookout.drives[i])
-        copy(lookout.held, lookout.inputs[i])
-        lookout.fill(t, y, lookout.inputs[i])
+        put_given(lookout, lookout.times[i], lookout.drives[i], lookout.states[i], lookout.inputs[i])
     call_address(lookout.looking.address, (lookout.looking.places, lookout.looking.numbers))
+
+
+@kernel
+def put_given(lookout: Lookout, t: float, drives: RealRows, y: Reals, inputs: Reals) -> None:
+    """Write drives and values of loads at a time and a state."""
+    put_drives(lookout.motions, t, drives)
+    copy(lookout.held, inputs)
+    lookout.fill(t, y, inputs)
 
 
 @inlined

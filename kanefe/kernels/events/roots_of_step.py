@@ -5,15 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.kernels.compiler._numba import exact
-from kanefe.kernels.events.event_search import (
-    StepSamples,
-    find_brackets,
-    first_with_sign,
-    is_known,
-    is_over,
-    is_quiet,
-    root_in,
-)
+from kanefe.kernels.events.event_search import Sought, StepSamples, insert, is_known, is_over, is_still, zeros_of
 from kanefe.kernels.events.lookout import value_at
 from kanefe.kernels.events.watched_run import Does, Lookout, Passage, Question, WatchedRun
 
@@ -64,42 +56,29 @@ def find_roots(lookout: Lookout, passage: Passage, start: float) -> int:
         is_one_side = watched.values[event] * lookout.found[0, watched.columns[event]] > 0.0
         if is_one_side and not is_near(lookout, watched, event):
             continue  # it is on one side in all of the step
-        count, is_bound = sample(lookout, watched, event, start), watched.kinds[event] >= Does.BOUND
-        if is_quiet(watched.times, watched.samples, count) and not (is_bound and watched.samples[0] < 0.0):
+        of = StepSamples(watched.times, watched.samples, sample(lookout, watched, event, start), 0)
+        if is_still(of, watched.kinds[event] >= Does.BOUND):
             continue
         if watched.kinds[event] == Does.BOUND:
             return -1
-        total = _add_roots(passage, event, count, total)
+        total = _add_roots(passage, event, of, total)
     return total
 
 
 @exact
-def _add_roots(passage: Passage, event: int, count: int, total: int) -> int:
-    """Put the roots of an event with so many samples among those that are found; return how many these are then."""
-    watched, does = passage.watched, passage.watched.kinds[event]
-    is_bound, noise = does >= Does.BOUND, watched.noise[event]
-    first = first_with_sign(watched.samples, count, noise)
-    # what must not be below zero happens wherever it is
-    is_below = is_bound and watched.samples[first] < -noise
-    of = Question(passage, event, noise if is_below else 0.0)
-    if is_below:
-        watched.brackets[0, 0], watched.brackets[0, 1] = watched.times[max(first - 1, 0)], watched.times[first]
-        brackets = 1
-    else:
-        samples = StepSamples(watched.times, watched.samples, count, first)
-        brackets = find_brackets(value_at, of, samples, watched.directions[event], watched.brackets)
-    for k in range(min(brackets, len(watched.found) - total)):
-        a, b = watched.brackets[k, 0], watched.brackets[k, 1]
-        # what changes as a point lands depends on the force there: there is none before
-        t = root_in(value_at, of, a, b, watched.span, is_bound or does <= Does.CHANGES)
-        if does == Does.REPORTS and is_known(t, watched.last[event], watched.span):
-            continue  # another event ended the step at that moment
-        at = total
-        while at > 0 and watched.found[at - 1, 0] > t:
-            watched.found[at, 0], watched.found[at, 1] = watched.found[at - 1, 0], watched.found[at - 1, 1]
-            at -= 1
-        watched.found[at, 0], watched.found[at, 1] = t, event
-        total += 1
+def _add_roots(passage: Passage, event: int, of: StepSamples, total: int) -> int:
+    """Put the roots of an event with some samples among those that are found; return how many these are then."""
+    watched, does, noise = passage.watched, passage.watched.kinds[event], passage.watched.noise[event]
+    # what changes as a point lands depends on the force there: there is none before
+    is_bound, is_beyond = does >= Does.BOUND, does >= Does.BOUND or does <= Does.CHANGES
+    wanted = Sought(watched.directions[event], noise, is_bound, is_beyond, watched.span)
+    data, raised = Question(passage, event, 0.0), Question(passage, event, noise)
+    roots = zeros_of(value_at, data, raised, of, wanted, watched.brackets)
+    for k in range(min(roots, len(watched.found) - total)):
+        t = watched.brackets[k, 0]
+        # else another event ended the step at that moment
+        if does != Does.REPORTS or not is_known(t, watched.last[event], watched.span):
+            total = insert(watched.found, total, t, event)
     return total
 
 

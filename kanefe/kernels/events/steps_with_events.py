@@ -27,7 +27,7 @@ from kanefe.kernels.events.kinks import steps_again
 from kanefe.kernels.events.lookout import look_at_states, look_through, put_closed, put_state, value_at
 from kanefe.kernels.events.roots_of_step import find_roots, first_acting, is_near, sample
 from kanefe.kernels.events.watched_run import IS_CUT, Does, Going, Lookout, Lookouts, Passage, Question, WatchedRun
-from kanefe.kernels.impacts.contact_questions import BLUR, BLURS, TOUCH
+from kanefe.kernels.impacts.contact_questions import Asks, margin_of, no_blurs, question_of
 from kanefe.kernels.steppers.step_commands import Command, Run, await_output, begin_at, step_of, take_back_outputs
 
 LEAST_FORESEEN = 1e8
@@ -58,7 +58,7 @@ def pass_steps(
         Whether all that happened in the last step is dealt with.
     """
     passage, step = Passage(lookouts, watched, run, restart_share), step_of(run)
-    most = len(watched.records) - len(watched.found) - len(lookouts.single.contacts.reports)
+    most = len(watched.records) - len(watched.found) - len(lookouts.single.contacts.inquiry.reports)
     while True:
         was_cut = watched.counts[IS_CUT] != 0
         watched.counts[IS_CUT] = 0
@@ -264,13 +264,14 @@ def _begin(passage: Passage, t: float, found: int) -> None:
     lookout, watched = passage.lookouts.single, passage.watched
     lookout.times[0] = t
     look_at_states(lookout)
-    if lookout.contacts.changing.address != 0 and not ask_contacts(lookout, watched, t, BLURS):
-        lookout.contacts.asked[BLUR : BLUR + 4] = 0.0
+    blurs = question_of(lookout.contacts.inquiry).blurs
+    if lookout.contacts.changing.address != 0 and not ask_contacts(lookout, watched, t, Asks.BLURS.value):
+        no_blurs(blurs)
     for event in range(len(watched.values)):
         value = lookout.found[0, watched.columns[event]]
         watched.values[event], watched.known[event] = value, 1.0
         if watched.kinds[event] == Does.BOUND_CHANGES:
-            watched.noise[event] = lookout.contacts.asked[BLUR + watched.changes[event, 0] - TOUCH]
+            watched.noise[event] = margin_of(blurs, watched.changes[event, 0])
         elif abs(value) > watched.noise[event] or not happens(watched, event, t, found):
             watched.noise[event] = 0.0
     for i in range(found):

@@ -18,7 +18,8 @@ from kanefe.kernels.compiler.arrays import (
     Reals,
 )
 from kanefe.kernels.events.closing_call import ClosingCall
-from kanefe.kernels.impacts.contact_questions import ASKED
+from kanefe.kernels.impacts.contact_questions import Inquiry, inquiry_of
+from kanefe.kernels.loads.telling import States
 from kanefe.kernels.steppers.step_commands import Run
 from kanefe.kernels.sweeps.drives import Drives
 
@@ -142,29 +143,29 @@ class ContactCalls(NamedTuple):
     Attributes
     ----------
     changing : Prepared
-        Call of `kanefe.kernels.impacts.contact_changes.change_contacts` with the two arrays below and the first state
-        of the lookout; address 0: there are none.
-    asked : ndarray
-    reports : ndarray, shape (R, 2)
+        Call of `kanefe.kernels.impacts.contact_changes.change_contacts` with the inquiry and the first state of the
+        lookout; address 0: there are none.
+    inquiry : Inquiry
     balancing : Prepared
-        Call of `kanefe.kernels.evaluation.momenta.balances_of_states` with the arrays below, of two states.
-    times, drives, inputs, states, balances : ndarray
+        Call of `kanefe.kernels.evaluation.momenta.balances_of_states` with what follows, of two states.
+    states : States
+    balances : ndarray
+        `kanefe.kernels.evaluation.momenta.Balances`.
     """
 
     changing: Prepared
-    asked: Reals
-    reports: RealRows
+    inquiry: Inquiry
     balancing: Prepared
-    times: Reals
-    drives: RealBlocks
-    inputs: RealRows
-    states: RealRows
+    states: States
     balances: RealRows
 
 
 NO_CONTACTS = ContactCalls(
-    *(NOT_CALLED, np.zeros(ASKED), np.zeros((0, 2)), NOT_CALLED, np.zeros(0)),
-    *(np.zeros((0, 0, 3)), np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((0, 0))),
+    changing=NOT_CALLED,
+    inquiry=inquiry_of(0),
+    balancing=NOT_CALLED,
+    states=States(np.zeros(0), np.zeros((0, 0, 3)), np.zeros((0, 0)), np.zeros((0, 0))),
+    balances=np.zeros((0, 0)),
 )
 """Calls of a scene without rigid contacts: none."""
 

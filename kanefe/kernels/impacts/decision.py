@@ -11,20 +11,14 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.signatures import in_place
-from kanefe.kernels.contact.rigid_points import MET_NUMBERS, Meetings
+from kanefe.kernels.contact.output_places import Margins
+from kanefe.kernels.contact.output_places import Status as Status
+from kanefe.kernels.contact.rigid_points import Meeting, Meetings
 from kanefe.kernels.impacts.cones import Problem, Wanted, problem_of
 from kanefe.kernels.impacts.stronge import TURNING_ROWS, Blow, Turned
 from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.values.records import Record, Rows, allocate
 from kanefe.kernels.values.tensors import Matrix, Vector, dot
-
-
-class Status(IntEnum):
-    """Status of a point: see `kanefe.contact.contact`."""
-
-    OPEN = 0
-    STICKS = 1
-    SLIPS = 2
 
 
 class Look(IntEnum):
@@ -67,8 +61,6 @@ class Moment(NamedTuple):
     ----------
     met : ndarray
         `Meetings`.
-    axes : ndarray, shape (points, 9)
-        Of their surfaces, from them to N.
     G : ndarray, shape (3 points, 3 points)
         What unit forces at points do to their rates, loops held.
     b : ndarray, shape (3 points,)
@@ -82,7 +74,6 @@ class Moment(NamedTuple):
     """
 
     met: RealRows
-    axes: RealRows
     G: RealRows
     b: Reals
     responses: RealRows
@@ -90,8 +81,8 @@ class Moment(NamedTuple):
     accelerated: Reals
 
 
-class Point(Record):
-    """What is decided of a point.
+class Point(Margins):
+    """What is decided of a point; margins of events that are not possible are infinite.
 
     Attributes
     ----------
@@ -105,8 +96,6 @@ class Point(Record):
         Whether its impact was Poisson's, depends on the order of several, and makes energy.
     begins, is_new : bool
         Whether it begins to slip, in this event and in this round.
-    gap, normal, slip_margin, left_of_slip : float
-        Distances from possible events, infinite from others: m, N, the friction that is left (N), and m/s.
     not_moving, at_rest_below, slow : float
         Speeds below which it does not move along the normal, does not slip, and slips in the direction of the friction
         that would hold it, m/s.
@@ -131,10 +120,6 @@ class Point(Record):
     gains: bool
     begins: bool
     is_new: bool
-    gap: float
-    normal: float
-    slip_margin: float
-    left_of_slip: float
     not_moving: float
     at_rest_below: float
     slow: float
@@ -224,8 +209,8 @@ def decision_of(points: int, free: int, size: int) -> Decision:
     n = 3 * points
 
     def moment() -> Moment:
-        met, axes = np.zeros((points, MET_NUMBERS)), np.zeros((points, 9))
-        return Moment(met, axes, np.zeros((n, n)), np.zeros(n), np.zeros((n, free)), *np.zeros((2, points)))
+        met = np.zeros((points, Meeting.number_count))
+        return Moment(met, np.zeros((n, n)), np.zeros(n), np.zeros((n, free)), *np.zeros((2, points)))
 
     (asked, when), (blow, of_blow) = allocate(Asked), allocate(Blow)
     return Decision(
@@ -292,12 +277,6 @@ def sizes(a: Vector) -> Vector:
 
 
 @inlined
-def largest_in(a: Vector) -> float:
-    """Return the largest size of a component."""
-    return max(abs(a.x), max(abs(a.y), abs(a.z)))
-
-
-@inlined
 def taken_by(force: Vector, before: Vector, after: Vector) -> float:
     """Return the energy that an impulse takes."""
     return -0.5 * dot(force, before + after)
@@ -322,6 +301,5 @@ def put_problem(G: np.ndarray, active: np.ndarray, problem: Problem) -> None:
 @inlined
 def on_surface(moment: Moment, p: int, along: float, across: float) -> Vector:
     """Return a direction along a surface in its axes, from its parts along both directions at a point."""
-    met, A = Meetings(moment.met)[p], moment.axes[p]
-    axes = Matrix(A[0], A[1], A[2], A[3], A[4], A[5], A[6], A[7], A[8])
-    return axes.T @ (along * met.first + across * met.second)
+    met = Meetings(moment.met)[p]
+    return met.surface.T @ (along * met.first + across * met.second)

@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, OF_POINT
+from kanefe.kernels.contact.rigid_points import GivenPoints, RigidPoint
 from kanefe.kernels.impacts.cones import Cones, Problem, largest_of
 from kanefe.kernels.impacts.tolerances import (
     HELD,
@@ -25,16 +25,15 @@ from kanefe.kernels.impacts.tolerances import (
     OVER,
     SHARING_STEP,
 )
-from kanefe.kernels.tables import RigidPoints
 
 
 @kernel
-def distribute(points: RigidPoints, active: np.ndarray, rates: np.ndarray, problem: Problem, p: np.ndarray) -> bool:
+def distribute(points: GivenPoints, active: np.ndarray, rates: np.ndarray, problem: Problem, p: np.ndarray) -> bool:
     """Write the impulses of some points that share an impact; return whether it ends.
 
     Parameters
     ----------
-    points : RigidPoints
+    points : GivenPoints
     active : ndarray of int, shape (k,)
         Numbers of the points.
     rates : ndarray, shape (3 k or more,)
@@ -53,9 +52,9 @@ def distribute(points: RigidPoints, active: np.ndarray, rates: np.ndarray, probl
         for j in range(n):
             G[i, j] /= unit
     for a in range(k):
-        stiffness = max(stiffness, points.numbers[active[a], OF_POINT.stiffness])
+        stiffness = max(stiffness, points[active[a]].stiffness)
         cone, i = Cones(problem.each)[a], 3 * a + 1
-        cone.mu = points.numbers[active[a], HOLDING] if points.places[active[a], HAS_FRICTION] != 0 else 0.0
+        cone.mu = points[active[a]].friction.holding
         # largest response of the slip to friction
         largest = 0.5 * (G[i, i] + G[i + 1, i + 1]) + np.hypot(0.5 * (G[i, i] - G[i + 1, i + 1]), G[i, i + 1])
         cone.step = largest if cone.mu > 0.0 else 0.0
@@ -74,7 +73,7 @@ def distribute(points: RigidPoints, active: np.ndarray, rates: np.ndarray, probl
 
 
 @kernel
-def _follow(points: RigidPoints, active: np.ndarray, problem: Problem, stiffness: float) -> bool:
+def _follow(points: GivenPoints, active: np.ndarray, problem: Problem, stiffness: float) -> bool:
     """Follow the impact, at rates and responses relative to the largest; return whether it ends."""
     k, n, force, total, v, depth = len(active), 3 * len(active), problem.x, problem.tried, problem.value, problem.own_b
     force[:n] = total[:n] = depth[:k] = 0.0
@@ -84,14 +83,14 @@ def _follow(points: RigidPoints, active: np.ndarray, problem: Problem, stiffness
         for a in range(k):
             is_over = is_over and depth[a] == 0.0 and v[3 * a] >= -OVER
             if v[3 * a] > 0.0 and depth[a] > 0.0:
-                shortest = min(shortest, _parting(points, active[a]))
+                shortest = min(shortest, _parting(points[active[a]]))
         if is_over:
             return True
         h = SHARING_STEP * shortest
         for a in range(k):
-            own = points.numbers[active[a]]
-            depth[a] = _deeper(depth[a], v[3 * a], _parting(points, active[a]), 0.5 * h)
-            force[3 * a] = own[OF_POINT.stiffness] / stiffness * depth[a] ** own[OF_POINT.exponent]
+            own = points[active[a]]
+            depth[a] = _deeper(depth[a], v[3 * a], _parting(points[active[a]]), 0.5 * h)
+            force[3 * a] = own.stiffness / stiffness * depth[a] ** own.exponent
         if not _rub(k, problem, h):
             return False
         for i in range(n):
@@ -101,14 +100,14 @@ def _follow(points: RigidPoints, active: np.ndarray, problem: Problem, stiffness
             for j in range(n):
                 v[i] += problem.G[i, j] * total[j]
         for a in range(k):
-            depth[a] = _deeper(depth[a], v[3 * a], _parting(points, active[a]), 0.5 * h)
+            depth[a] = _deeper(depth[a], v[3 * a], _parting(points[active[a]]), 0.5 * h)
     return False
 
 
 @inlined
-def _parting(points: RigidPoints, p: int) -> float:
+def _parting(given: RigidPoint) -> float:
     """Return the restitution of a point there."""
-    return max(points.numbers[p, OF_POINT.restitution], LEAST_RESTITUTION)
+    return max(given.restitution, LEAST_RESTITUTION)
 
 
 @inlined

@@ -18,7 +18,7 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, OF_POINT
+from kanefe.kernels.contact.rigid_points import GivenPoints, given_points
 from kanefe.kernels.impacts.cones import Cones, largest_of, let_choose
 from kanefe.kernels.impacts.decision import (
     Asking,
@@ -31,10 +31,9 @@ from kanefe.kernels.impacts.decision import (
     put_problem,
     solve,
 )
-from kanefe.kernels.impacts.impulses import holding_of, move_by_forces, press, put_groups, strike_alone
+from kanefe.kernels.impacts.impulses import move_by_forces, press, put_groups, strike_alone
 from kanefe.kernels.impacts.tolerances import APART, CLOSELY, NOT_DETERMINED, ROUND_OFF_OF_FORCES, SHORTEST
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.values.tensors import ZERO, Vector
 
 BEYOND = 100.0
@@ -54,7 +53,7 @@ def draw_in(
     is_any : bool
         Whether speeds have changed.
     """
-    points, rigid, is_any = points_of(decision), asking.points, False
+    points, rigid, is_any = points_of(decision), given_points(asking.points), False
     put_groups(decision.now.G, points, taking, APART)
     for p in taking:
         if not _is_jammed(rigid, decision, taking, p):
@@ -64,7 +63,7 @@ def draw_in(
         if not decision.now.b[3 * p] < -ROUND_OFF_OF_FORCES * largest_acceleration(decision, taking):
             continue
         put_three(decision.rates, 0, Vector(0.0, points[p].rates.y, points[p].rates.z))
-        if strike_alone(rigid, decision, p, CLOSELY) and decision.pressed[0] > 0.0:
+        if strike_alone(rigid[p], decision, p, CLOSELY) and decision.pressed[0] > 0.0:
             for q in taking:
                 points[q].force = ZERO
             points[p].force = three(decision.pressed, 0)
@@ -85,23 +84,23 @@ def largest_acceleration(decision: Decision, taking: np.ndarray) -> float:
 
 
 @kernel
-def _is_jammed(rigid: RigidPoints, decision: Decision, taking: np.ndarray, p: int) -> bool:
+def _is_jammed(rigid: GivenPoints, decision: Decision, taking: np.ndarray, p: int) -> bool:
     """Return whether a point slips, alone of its group, and a force would press it in."""
     points, point = points_of(decision), points_of(decision)[p]
-    if not point.is_closed or rigid.places[p, HAS_FRICTION] == 0 or is_at_rest(point):
+    if not point.is_closed or not rigid[p].rubs or is_at_rest(point):
         return False
     for q in taking:
         if q != p and points[q].group == point.group and points[q].is_closed:
             return False
     A, speed = block(decision.now.G, p, p).T.x, np.hypot(point.rates.y, point.rates.z)
-    mu = steady_coefficient(rigid.numbers[p], OF_POINT.friction, speed)
+    mu = steady_coefficient(rigid[p].friction, speed)
     return A.x - mu * (A.y * point.rates.y + A.z * point.rates.z) / speed <= NOT_DETERMINED * A.x
 
 
 @kernel
 def draw_in_together(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray, z: np.ndarray) -> bool:
     """Stop several contacts that friction draws in, with the speeds that there are now; return whether there are."""
-    points, problem, k = points_of(decision), decision.problem, len(taking)
+    points, problem, rigid, k = points_of(decision), decision.problem, given_points(asking.points), len(taking)
     largest = largest_acceleration(decision, taking)
     if largest == 0.0:
         return False
@@ -111,7 +110,7 @@ def draw_in_together(asking: Asking, decision: Decision, taking: np.ndarray, u: 
     least = SHORTEST * largest_of(decision.rates, 3 * k)
     for a in range(k):
         cone = Cones(problem.each)[a]
-        cone.mu, cone.least = holding_of(asking.points, taking[a]), 0.0
+        cone.mu, cone.least = rigid[taking[a]].friction.holding, 0.0
         let_choose(cone)
         for i in range(3):
             at = 3 * a + i
@@ -125,7 +124,7 @@ def draw_in_together(asking: Asking, decision: Decision, taking: np.ndarray, u: 
     if is_pressed and _largest_change(decision, k, decision.pressed) > least:
         for a in range(k):
             points[taking[a]].force = three(decision.pressed, 3 * a)
-    move_by_forces(asking.points, decision, taking, u, z)
+    move_by_forces(rigid, decision, taking, u, z)
     return True
 
 

@@ -14,19 +14,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from kanefe.kernels.algebra.lengths import largest_in
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.contact.rigid_points import (
-    DISTRIBUTING,
-    FIRST_STATE,
-    HAS_FRICTION,
-    HOLDING,
-    LAW,
-    NEWTON,
-    OF_POINT,
-    STRONGE,
-    TAKEN,
-)
+from kanefe.kernels.contact.rigid_points import GivenPoints, ImpactLaw, RigidPoint, RigidStates, given_points
 from kanefe.kernels.impacts.cones import Cones, largest_of, let_choose, solve_least_norm
 from kanefe.kernels.impacts.decision import (
     Asking,
@@ -34,7 +25,6 @@ from kanefe.kernels.impacts.decision import (
     Points,
     block,
     is_at_rest,
-    largest_in,
     points_of,
     put_problem,
     sizes,
@@ -55,14 +45,7 @@ from kanefe.kernels.impacts.tolerances import (
     STRUCK,
 )
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.values.tensors import ZERO, Symmetric, Vector, dot
-
-
-@inlined
-def holding_of(points: RigidPoints, p: int) -> float:
-    """Return the coefficient by which a point sticks."""
-    return points.numbers[p, HOLDING] if points.places[p, HAS_FRICTION] != 0 else 0.0
 
 
 @kernel
@@ -87,7 +70,7 @@ def strike(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray
             if not is_found:
                 return False, 0.0
             gained += made
-    move_by_forces(asking.points, decision, taking, u, z)
+    move_by_forces(given_points(asking.points), decision, taking, u, z)
     largest = 0.0
     for p in taking:
         largest = max(largest, largest_in(points[p].force))
@@ -97,7 +80,7 @@ def strike(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray
 
 
 @kernel
-def move_by_forces(rigid: RigidPoints, decision: Decision, taking: np.ndarray, u: np.ndarray, z: np.ndarray) -> None:
+def move_by_forces(rigid: GivenPoints, decision: Decision, taking: np.ndarray, u: np.ndarray, z: np.ndarray) -> None:
     """Change free speeds, rates of points and energies of contacts by the impulses that were found."""
     points, G = points_of(decision), decision.now.G
     for p in taking:
@@ -109,7 +92,7 @@ def move_by_forces(rigid: RigidPoints, decision: Decision, taking: np.ndarray, u
         before = point.rates
         point.rates = before + moved_by(decision, taking, p)
         point.not_moving = max(point.not_moving, STRUCK * size)
-        z[rigid.places[p, FIRST_STATE] + TAKEN] += taken_by(point.force, before, point.rates)
+        RigidStates(z, rigid[p].first_state).taken += taken_by(point.force, before, point.rates)
 
 
 @inlined
@@ -189,7 +172,8 @@ def _strike_group(asking: Asking, decision: Decision, active: np.ndarray) -> tup
         after = point.rates + moved_by(decision, active, p)
         made -= taken_by(point.force, point.rates, after)
         exchanged += 0.5 * dot(sizes(point.force), sizes(point.rates) + sizes(after))
-    depends = len(active) > 1 and not _shares(asking.points, active) and _depends_on_order(asking, decision, active)
+    is_alone = len(active) == 1 or _shares(given_points(asking.points), active)
+    depends = not is_alone and _depends_on_order(asking, decision, active)
     gains = made > ADDED * exchanged
     for p in active:
         points[p].is_poisson, points[p].depends, points[p].gains = is_poisson, depends, gains
@@ -197,11 +181,11 @@ def _strike_group(asking: Asking, decision: Decision, active: np.ndarray) -> tup
 
 
 @kernel
-def _shares(points: RigidPoints, active: np.ndarray) -> bool:
+def _shares(points: GivenPoints, active: np.ndarray) -> bool:
     """Return whether any of some points distributes its impacts."""
     found = False
     for p in active:
-        found = found or points.places[p, LAW] == DISTRIBUTING
+        found = found or points[p].law == ImpactLaw.DISTRIBUTING
     return found
 
 
@@ -253,9 +237,9 @@ def _press_together(asking: Asking, decision: Decision, active: np.ndarray, clos
 
     Where what is between several surfaces cannot part from all that it meets as Newton's law has it, that is Poisson's.
     """
-    rigid, p = asking.points, active[0]
-    if len(active) == 1 and rigid.places[p, LAW] in (STRONGE, DISTRIBUTING):
-        return strike_alone(rigid, decision, p, closely), False
+    rigid, p = given_points(asking.points), active[0]
+    if len(active) == 1 and (rigid[p].law == ImpactLaw.STRONGE or rigid[p].law == ImpactLaw.DISTRIBUTING):
+        return strike_alone(rigid[p], decision, p, closely), False
     put_problem(decision.now.G, active, decision.problem)
     if _shares(rigid, active):
         return distribute(rigid, active, decision.rates, decision.problem, decision.pressed), False
@@ -265,12 +249,12 @@ def _press_together(asking: Asking, decision: Decision, active: np.ndarray, clos
 
 
 @kernel
-def strike_alone(rigid: RigidPoints, decision: Decision, p: int, closely: float) -> bool:
+def strike_alone(given: RigidPoint, decision: Decision, p: int, closely: float) -> bool:
     """Write Stronge's impulse of the first active point, p; return whether there is one."""
     blow, A = Blow(decision.blow, decision.of_blow), block(decision.now.G, p, p)
     blow.G = Symmetric(A.x.x, A.y.x, A.z.x, A.y.y, A.z.y, A.z.z)
-    blow.first, blow.rubs, blow.closely = three(decision.rates, 0), rigid.places[p, HAS_FRICTION] != 0, closely
-    is_found = strike_one(blow, rigid.numbers[p], decision.turned)
+    blow.first, blow.closely = three(decision.rates, 0), closely
+    is_found = strike_one(blow, given, decision.turned)
     put_three(decision.pressed, 0, blow.p)
     return is_found
 
@@ -282,15 +266,15 @@ def press(asking: Asking, decision: Decision, active: np.ndarray, all_poisson: b
     Of Poisson's impact the second part follows, as much of it as gives no energy; contacts by Newton's law keep what
     they have come to. `is_warm`: whether the forces of the problem are a guess of those of the first part.
     """
-    k, problem, pressed = len(active), decision.problem, decision.pressed
+    k, problem, pressed, rigid = len(active), decision.problem, decision.pressed, given_points(asking.points)
     if not _press_part(asking, decision, active, all_poisson, False, is_warm):
         return False
     copy(problem.x[: 3 * k], pressed)
     any_least = any_newton = False
     for a in range(k):
-        is_poisson = all_poisson or asking.points.places[active[a], LAW] != NEWTON
+        is_poisson = all_poisson or rigid[active[a]].law != ImpactLaw.NEWTON
         any_newton = any_newton or not is_poisson
-        lets_go = is_poisson and asking.points.numbers[active[a], OF_POINT.restitution] * pressed[3 * a] != 0.0
+        lets_go = is_poisson and rigid[active[a]].restitution * pressed[3 * a] != 0.0
         any_least = any_least or lets_go
     if not any_least:
         return True
@@ -307,16 +291,16 @@ def _press_part(
     asking: Asking, decision: Decision, active: np.ndarray, all_poisson: bool, lets_go: bool, is_warm: bool
 ) -> bool:
     """Solve for the first part of an impact, or for the second one, that lets go; return whether there are impulses."""
-    k, problem, rigid, cones = len(active), decision.problem, asking.points, Cones(decision.problem.each)
+    k, problem, rigid, cones = len(active), decision.problem, given_points(asking.points), Cones(decision.problem.each)
     for i in range(3 * k):
         problem.b[i] = decision.rates[i]
         if lets_go:
             for j in range(3 * k):
                 problem.b[i] += problem.G[i, j] * decision.pressed[j]
     for a in range(k):
-        cone, e = cones[a], rigid.numbers[active[a], OF_POINT.restitution]
-        is_poisson = all_poisson or rigid.places[active[a], LAW] != NEWTON
-        cone.mu, cone.least = holding_of(rigid, active[a]), 0.0
+        cone, given, e = cones[a], rigid[active[a]], rigid[active[a]].restitution
+        is_poisson = all_poisson or given.law != ImpactLaw.NEWTON
+        cone.mu, cone.least = given.friction.holding, 0.0
         let_choose(cone)
         if not is_poisson:
             problem.b[3 * a] += e * min(decision.rates[3 * a], 0.0)
@@ -351,7 +335,7 @@ def stop(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray) 
     points, problem, held, n, is_any = points_of(decision), decision.problem, decision.rates, 0, False
     for p in taking:
         point = points[p]
-        sticks = asking.points.places[p, HAS_FRICTION] != 0 and is_at_rest(point)
+        sticks = given_points(asking.points)[p].rubs and is_at_rest(point)
         put_three(decision.pressed, 3 * p, ZERO)
         put_three(problem.tried, 3 * p, point.rates)
         for i in range(3):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
-from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
+from kanefe.kernels.compiler.arrays import Integers, Reals
 from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.constraints.contact_margins import Looked
 from kanefe.kernels.events.closing_call import ClosingCall
@@ -24,12 +25,16 @@ ROUND_OFF = 1e-9
 """Tolerance, relative to a step, by which the last step may be longer."""
 
 
-DONE, LEFT, BROKEN = range(3)
-"""How steps end: at the last output or the most steps; before one that is left to the literal equations; before one
-that breaks a law of a contact."""
+class Ending(IntEnum):
+    """How steps end.
 
-OLD, NEW, NEXT = range(3)
-"""Rows of the ends of steps: of the last one, and of the one that is tried."""
+    At the last output or the most steps; before one that is left to the literal equations; before one that breaks a law
+    of a contact.
+    """
+
+    DONE = 0
+    LEFT = 1
+    BROKEN = 2
 
 
 class Told(Record):
@@ -106,8 +111,8 @@ class March(NamedTuple):
         `Progress`.
     told : ndarray
         `Told`.
-    ends : ndarray, shape (3, state)
-        States with quadratures.
+    old, new, tried : ndarray, shape (state,)
+        States with quadratures at both ends of the last step, and at that of the one that is tried.
     step : Step
     at : ndarray, shape (state,)
         The state that the scene is asked about.
@@ -118,7 +123,9 @@ class March(NamedTuple):
     integers: Integers
     reals: Reals
     told: Reals
-    ends: RealRows
+    old: Reals
+    new: Reals
+    tried: Reals
     step: Step
     at: Reals
     bends: Integers

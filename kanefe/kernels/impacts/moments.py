@@ -14,25 +14,24 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.contact_margins import Looked, find_forces
-from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, rows_of, unit_responses_in
+from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, head_of, rows_of, unit_responses_in
 from kanefe.kernels.contact.rigid_points import (
-    HAS_FRICTION,
-    HOLDING,
-    ON_SURFACE,
-    STATUS,
+    PointStates,
+    given_points,
     is_closed,
     is_slipping,
     left_of_gap,
     left_of_slip,
     meet,
+    touches,
 )
 from kanefe.kernels.evaluation.evaluation import DONE_AS
 from kanefe.kernels.impacts.decision import Asked, Decision, Look, Moment, Points, Status, points_of
-from kanefe.kernels.loads.markers import axes_of
 from kanefe.kernels.steppers.step_commands import RATES, SLOPE
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 from kanefe.kernels.tables import FlexibleTables, Loops, Tables
+from kanefe.kernels.tree import Frames
 
 
 class ContactScene(NamedTuple):
@@ -94,7 +93,7 @@ def look_at_points(scene: ContactScene, decision: Decision, y: Reals) -> None:
 @kernel
 def _evaluate(scene: ContactScene, points: Points, t: float, y: np.ndarray, what: int) -> bool:
     """Evaluate the scene at a state, with what takes part or nothing closed; return whether it has rates."""
-    looked = scene.looked
+    looked, given = scene.looked, given_points(scene.loops.points)
     width = min(len(y), looked.vectors.shape[1])
     copy(y[:width], looked.vectors[0, :width])
     put_drives(scene.motions, t, looked.drives)
@@ -103,8 +102,8 @@ def _evaluate(scene: ContactScene, points: Points, t: float, y: np.ndarray, what
     if what != Look.MARGINS:
         for p in range(len(points)):
             sticks = what != Look.FREE_ACCELERATIONS and points[p].takes_part
-            at = looked.first_state + scene.loops.points.places[p, STATUS]
-            looked.vectors[0, at] = 1.0 if sticks else 0.0  # `Status`
+            states = PointStates(looked.vectors[0], looked.first_state + given[p].status)
+            states.status = 1.0 if sticks else 0.0  # `Status`
     looked.evaluation.numbers[looked.time_at] = t
     call_address(looked.evaluation.address, (looked.evaluation.places, looked.evaluation.numbers))
     return int(looked.evaluation.numbers[DONE_AS]) == RATES
@@ -114,29 +113,25 @@ def _evaluate(scene: ContactScene, points: Points, t: float, y: np.ndarray, what
 def _put_margins(scene: ContactScene, decision: Decision, y: np.ndarray) -> None:
     """Write the status of each point, where it meets its surface, and its margins."""
     loops, looked = scene.loops, scene.looked
-    points, kept = loops.points, unit_responses_in(looked.holding, loops)
+    points, kept, frames = given_points(loops.points), unit_responses_in(looked.holding, loops), Frames(looked.frames)
     z, forces = y[looked.first_state :], looked.multipliers
-    first, touches = len(loops.rows) - 3 * len(points.places), False
-    for p in range(len(points.places)):
-        touches = touches or is_closed(points, p, z)
-    if touches:
+    if touches(points, z):
         find_forces(loops, z, forces, kept)
-    for p in range(len(points.places)):
-        point, normal = points_of(decision)[p], forces[first + 3 * p]
+    for p in range(len(points)):
+        given, point, met, head = points[p], points_of(decision)[p], kept.met[p], head_of(loops, p)
         point.before, point.gap, point.normal = Status.OPEN, np.inf, np.inf
         point.slip_margin = point.left_of_slip = np.inf
-        if not is_closed(points, p, z):
-            meet(points, p, scene.tables.gravity, looked.work, kept.met)
-            point.gap = left_of_gap(points, p, z, kept.met)
-        elif is_slipping(points, p, z):
-            point.before, point.normal = Status.SLIPS, normal
-            if points.places[p, HAS_FRICTION] != 0:
-                point.left_of_slip = left_of_slip(points, p, z, looked.work, kept.met)
+        if not is_closed(given, z):
+            meet(given, loops.points.shapes, frames, met)
+            point.gap = left_of_gap(given, z, met)
+        elif is_slipping(given, z):
+            point.before, point.normal = Status.SLIPS, forces[head]
+            if given.rubs:
+                point.left_of_slip = left_of_slip(given, z, met)
         else:
-            point.before, point.normal = Status.STICKS, normal
-            held = np.hypot(forces[first + 3 * p + 1], forces[first + 3 * p + 2])
-            point.slip_margin = points.numbers[p, HOLDING] * normal - held
-        copy(kept.met[p], decision.now.met[p])
+            point.before, point.normal = Status.STICKS, forces[head]
+            point.slip_margin = given.friction.holding * forces[head] - np.hypot(forces[head + 1], forces[head + 2])
+        copy(kept.met.numbers[p], decision.now.met[p])
 
 
 @kernel
@@ -144,14 +139,11 @@ def _put_moment(scene: ContactScene, taking: np.ndarray, u: np.ndarray, moment: 
     """Write what unit forces at the points that take part do; speeds u are followed by the rest of the state."""
     loops, looked, free = scene.loops, scene.looked, moment.responses.shape[1]
     kept = unit_responses_in(looked.holding, loops)
-    first = len(loops.rows) - 3 * len(loops.points.places)
+    first = head_of(loops, 0)
     du = looked.vectors[SLOPE, looked.first_state - free : looked.first_state]
     for a in range(len(taking)):
         p = taking[a]
-        copy(kept.met[p], moment.met[p])
-        axes = axes_of(loops.points.markers, 2 * p, loops.points.places[p, ON_SURFACE], looked.work)
-        for c in range(9):
-            moment.axes[p, c] = axes[c]
+        copy(kept.met.numbers[p], moment.met[p])
         for i in range(3 * p, 3 * p + 3):
             j = first + i
             moment.b[i] = -kept.rest[j]
@@ -180,7 +172,7 @@ def _moved(kept: UnitResponses, j: int, u: np.ndarray, drives: np.ndarray, rate:
 @kernel
 def _hold_loops(loops: Loops, kept: UnitResponses, taking: np.ndarray, moment: Moment) -> None:
     """Take from what unit forces do what the loops take up."""
-    first = len(loops.rows) - 3 * len(loops.points.places)
+    first = head_of(loops, 0)
     for j in range(len(loops.rows)):
         kept.spare[j] = kept.scale[j] if rows_of(loops)[j].kind != RowKind.CONTACT else 0.0
     tolerance = Limits(loops.limits).rank_tolerance

@@ -15,14 +15,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.algebra.lengths import largest_in
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import in_place
-from kanefe.kernels.contact.rigid_points import OF_POINT
+from kanefe.kernels.contact.rigid_points import given_points
 from kanefe.kernels.impacts.cones import Cones, Problem, largest_of, let_choose, residual, summed
-from kanefe.kernels.impacts.decision import largest_in, put_problem, solve
-from kanefe.kernels.impacts.impulses import holding_of
+from kanefe.kernels.impacts.decision import put_problem, solve
 from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.tables import RigidPoints
@@ -168,7 +168,7 @@ def _solve_island(step: Step, k: int) -> bool:
     for a in range(k):
         step.members[1, a] = closed[step.members[0, a]].point
         cone = Cones(step.problem.each)[a]
-        cone.mu, cone.least = holding_of(step.points, step.members[1, a]), 0.0
+        cone.mu, cone.least = given_points(step.points)[step.members[1, a]].friction.holding, 0.0
         let_choose(cone)
     put_problem(step.G, step.members[1, :k], step.problem)
     if not _solve_by(step, k, 1.0, 0.0):
@@ -196,7 +196,7 @@ def _solve_by(step: Step, k: int, share: float, of_all: float) -> bool:
     closed = ClosedPoints(step.integers, step.numbers)
     for a in range(k):
         one = closed[step.members[0, a]]
-        e = share * step.points.numbers[one.point, OF_POINT.restitution]
+        e = share * given_points(step.points)[one.point].restitution
         put_three(step.problem.b, 3 * a, one.freely + of_all * one.before + Vector(e * one.before.x, 0.0, 0.0))
     return solve(step.solving, step.problem, k, False)
 

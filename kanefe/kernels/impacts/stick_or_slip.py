@@ -9,12 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.algebra.lengths import largest_in
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
-from kanefe.kernels.contact.rigid_points import HAS_FRICTION, HOLDING, OF_POINT
+from kanefe.kernels.contact.rigid_points import RigidPoint, given_points
 from kanefe.kernels.impacts.cones import Cone, Cones, Problem, largest_of, let_choose, rates_by, slips_along, summed
-from kanefe.kernels.impacts.contact_questions import NO_FORCES, PARADOX, UNKNOWN
+from kanefe.kernels.impacts.contact_questions import WhyNot
 from kanefe.kernels.impacts.decision import (
     Asking,
     Decision,
@@ -23,7 +24,6 @@ from kanefe.kernels.impacts.decision import (
     Status,
     block,
     is_at_rest,
-    largest_in,
     look,
     on_surface,
     points_of,
@@ -40,9 +40,6 @@ from kanefe.kernels.impacts.tolerances import (
 )
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.values.tensors import ZERO
-
-FOUND = -1
-"""Number that says that forces are found, in place of why they are not: see `contact_questions`."""
 
 
 class Event(NamedTuple):
@@ -74,7 +71,7 @@ def put_statuses(asking: Asking, decision: Decision, taking: np.ndarray, event: 
     What is at rest sticks, unless the accelerations say that it slips; where these are at the limit of friction, those
     a moment later. Each round lets a point more slip, and none stick again, so that they end.
     """
-    points, problem, rigid, k = points_of(decision), decision.problem, asking.points, 0
+    points, problem, rigid, k = points_of(decision), decision.problem, given_points(asking.points), 0
     for p in taking:
         points[p].begins = False
         if points[p].is_closed:
@@ -84,41 +81,41 @@ def put_statuses(asking: Asking, decision: Decision, taking: np.ndarray, event: 
     put_problem(decision.now.G, active, problem)
     for a in range(k):
         p = active[a]
-        _put_cone(points[p], Cones(problem.each)[a], rigid.numbers[p], rigid.places[p, HAS_FRICTION] != 0)
+        _put_cone(points[p], rigid[p], Cones(problem.each)[a])
         put_three(problem.b, 3 * a, three(decision.now.b, 3 * p))
     while True:
         why_not = _follow(asking, decision, active)
-        if why_not != FOUND:
+        if why_not != WhyNot.FOUND:
             return why_not
         if not _find_slipping(problem, active, decision):
             known, is_any = _find_slipping_soon(asking, decision, taking, active, event)
             if not known:
-                return UNKNOWN
+                return WhyNot.UNKNOWN
             if not is_any:
                 break
         for a in range(k):
             point, cone = points[active[a]], Cones(problem.each)[a]
             if point.is_new:
                 point.begins, cone.along, cone.across = True, point.along, point.across
-                cone.mu = steady_coefficient(rigid.numbers[active[a]], OF_POINT.friction, 0.0)
+                cone.mu = steady_coefficient(rigid[active[a]].friction, 0.0)
     if not _turn(asking, decision, taking, active, event):
-        return UNKNOWN
+        return WhyNot.UNKNOWN
     _put_found(decision, taking, active)
-    return FOUND
+    return WhyNot.FOUND
 
 
 @inlined
-def _put_cone(point: Point, cone: Cone, numbers: np.ndarray, rubs: bool) -> None:
+def _put_cone(point: Point, given: RigidPoint, cone: Cone) -> None:
     """Write what a closed point can have."""
     cone.least = cone.mu = cone.along = cone.across = 0.0
-    if not rubs:
+    if not given.rubs:
         return
     if is_at_rest(point):
-        cone.mu = numbers[HOLDING]
+        cone.mu = given.friction.holding
         let_choose(cone)
     else:
         speed = np.hypot(point.rates.y, point.rates.z)
-        cone.mu = steady_coefficient(numbers, OF_POINT.friction, speed)
+        cone.mu = steady_coefficient(given.friction, speed)
         cone.along, cone.across = point.rates.y / speed, point.rates.z / speed
 
 
@@ -279,10 +276,10 @@ def _follow(asking: Asking, decision: Decision, active: np.ndarray) -> int:
             drawn = a if drawn < 0 else drawn
     is_found = solve(asking.solving, problem, k, False)
     if not is_found and (drawn < 0 or k > 1):
-        return NO_FORCES
+        return WhyNot.NO_FORCES
     if not is_found or drawn >= 0:
         decision.alone[0] = active[drawn]
-        return PARADOX
+        return WhyNot.PARADOX
     noise = 0.0
     for p in active:
         own = decision.now.G[3 * p, 3 * p]
@@ -290,7 +287,7 @@ def _follow(asking: Asking, decision: Decision, active: np.ndarray) -> int:
             noise = max(noise, ROUND_OFF_OF_ACCELERATIONS * decision.now.accelerated[p] / own)
     if largest_of(problem.x, 3 * k) <= noise:  # what falls freely presses on nothing
         problem.x[: 3 * k] = 0.0
-    return FOUND
+    return WhyNot.FOUND
 
 
 @kernel

@@ -17,10 +17,11 @@ from enum import IntEnum
 
 import numpy as np
 
+from kanefe.kernels.algebra.lengths import largest_in
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
-from kanefe.kernels.contact.rigid_points import HOLDING, OF_POINT
+from kanefe.kernels.contact.rigid_points import RigidPoint
 from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, SETTLED, STRAIGHT_SLIP, WEAK
 from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import Symmetric, Vector
@@ -45,8 +46,6 @@ class Blow(Record):
 
     Attributes
     ----------
-    rubs : bool
-        Whether it has friction.
     loads, is_held : bool
         Whether it is pressed together, and whether friction holds it.
     G : Symmetric
@@ -65,7 +64,6 @@ class Blow(Record):
         Error of a step, relative to the numbers of a slip that turns.
     """
 
-    rubs: bool
     loads: bool
     is_held: bool
     G: Symmetric
@@ -98,19 +96,18 @@ Turns = Rows[Turned]
 
 
 @kernel
-def strike_one(blow: Blow, numbers: np.ndarray, turned: np.ndarray) -> bool:
+def strike_one(blow: Blow, given: RigidPoint, turned: np.ndarray) -> bool:
     """Write the impulse of an impact at a contact; return whether it ends, which round-off alone can prevent.
 
     Parameters
     ----------
     blow : Blow
-        With G, rates `first` (m/s), `rubs` and `closely`.
-    numbers : ndarray, shape (POINT_CONSTANTS,)
-        Of the point.
+        With G, rates `first` (m/s) and `closely`.
+    given : RigidPoint
     turned : ndarray
         `Turns`.
     """
-    size, by = max(abs(blow.first.x), max(abs(blow.first.y), abs(blow.first.z))), blow.G.full.x.x
+    size, by = largest_in(blow.first), blow.G.full.x.x
     blow.p, blow.stored, blow.kept, blow.loads, blow.unit = Vector(0.0, 0.0, 0.0), 0.0, 0.0, True, size
     if size == 0.0 or by <= 0.0:
         return True
@@ -118,11 +115,11 @@ def strike_one(blow: Blow, numbers: np.ndarray, turned: np.ndarray) -> bool:
     blow.v = blow.first
     for _ in range(BRANCHES):
         slip = np.hypot(blow.v.y, blow.v.z)
-        push = _rubbed(blow, numbers, slip)
+        push = _rubbed(blow, given, slip)
         gains = blow.G @ push
         # where loading ends with a slip, as in what moves in one way alone, round-off decides which is first
         is_over = blow.loads and blow.v.x >= 0.0 and gains.x >= 0.0
-        if is_over and (blow.stored <= blow.kept or _turn_round(blow, numbers)):
+        if is_over and (blow.stored <= blow.kept or _turn_round(blow, given)):
             break
         across = 0.0 if slip <= IMPACT_ENDS else abs(blow.v.y * gains.z - blow.v.z * gains.y) / slip
         if blow.mu == 0.0 or across <= STRAIGHT_SLIP * (1.0 + abs(gains.y) + abs(gains.z)):
@@ -134,7 +131,7 @@ def strike_one(blow: Blow, numbers: np.ndarray, turned: np.ndarray) -> bool:
             return False
         v = blow.first + blow.G @ blow.p
         blow.v = Vector(v.x, 0.0, 0.0) if stops else v
-        if found == Ending.ENDS or (found == Ending.TURNS and _turn_round(blow, numbers)):
+        if found == Ending.ENDS or (found == Ending.TURNS and _turn_round(blow, given)):
             break
     else:
         return False
@@ -143,11 +140,11 @@ def strike_one(blow: Blow, numbers: np.ndarray, turned: np.ndarray) -> bool:
 
 
 @inlined
-def _turn_round(blow: Blow, numbers: np.ndarray) -> bool:
+def _turn_round(blow: Blow, given: RigidPoint) -> bool:
     """Change from loading to unloading or back, where that is not the end; return whether it is."""
     blow.v = Vector(0.0, blow.v.y, blow.v.z)
     if blow.loads:
-        blow.stored = blow.kept + numbers[OF_POINT.restitution] ** 2 * (blow.stored - blow.kept)
+        blow.stored = blow.kept + given.restitution**2 * (blow.stored - blow.kept)
     else:
         blow.kept = blow.stored
     blow.loads = not blow.loads
@@ -155,18 +152,18 @@ def _turn_round(blow: Blow, numbers: np.ndarray) -> bool:
 
 
 @inlined
-def _rubbed(blow: Blow, numbers: np.ndarray, slip: float) -> Vector:
+def _rubbed(blow: Blow, given: RigidPoint, slip: float) -> Vector:
     """Return the impulse for a unit of the normal one, and write the friction of what slips, 0 of what does not."""
-    blow.mu, blow.is_held, holding = 0.0, False, numbers[HOLDING] if blow.rubs else 0.0
+    blow.mu, blow.is_held, holding = 0.0, False, given.friction.holding
     if holding == 0.0:
         return Vector(1.0, 0.0, 0.0)
     if slip > IMPACT_ENDS:
-        blow.mu = mu = steady_coefficient(numbers, OF_POINT.friction, blow.unit * slip)
+        blow.mu = mu = steady_coefficient(given.friction, blow.unit * slip)
         return Vector(1.0, -mu * blow.v.y / slip, -mu * blow.v.z / slip)
     is_held, push = held_by(blow.G, holding)
     blow.is_held = is_held
     if not is_held:
-        _, push = held_by(blow.G, steady_coefficient(numbers, OF_POINT.friction, 0.0))
+        _, push = held_by(blow.G, steady_coefficient(given.friction, 0.0))
     return push
 
 

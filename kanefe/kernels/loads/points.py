@@ -11,10 +11,9 @@ import numpy as np
 from kanefe.kernels.compiler._numba import inlined, vector_kernel
 from kanefe.kernels.force_elements.places import Done, Ends, Wrenches
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.layout import SLOPES
 from kanefe.kernels.loads.acting import acting_in, ends_of, loads_of
 from kanefe.kernels.loads.reach import Team, teams_of
-from kanefe.kernels.scene import Scene, Work, bodies_of
+from kanefe.kernels.scene import FlexibleSizes, Scene, Work, bodies_of
 from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.kernels.sweeps.slopes import slope_motion
 from kanefe.kernels.values.records import Record, Rows
@@ -82,7 +81,7 @@ def put_points(scene: Scene, work: Work, n: int, first_gathered: int) -> None:
         end.v = frame.v + cross(frame.w, lever) + G @ three(rates, at)
         if team.turns:
             slope_rates, slopes = three(rates, at + 3), three(shifts, at + 3)
-            turn, T, _ = slope_motion(scene.flexible.sizes[SLOPES], slopes, slope_rates)
+            turn, T, _ = slope_motion(FlexibleSizes(scene.flexible.sizes).measure, slopes, slope_rates)
             Tangents(acting.tangents)[skipped + e].T = T
             end.A, end.w = G @ turn, frame.w + G @ (T @ slope_rates)
         if not team.is_plain:

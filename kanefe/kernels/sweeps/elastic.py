@@ -13,7 +13,6 @@ import numpy as np
 
 from kanefe.kernels.bodies import ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.layout import COUNT, MODAL, WORK_COUPLING
 from kanefe.kernels.sweeps.body_inertia import put_inertia, put_rigid
 from kanefe.kernels.tree import Frame
 from kanefe.kernels.values.records import Values
@@ -58,21 +57,6 @@ def total(a: np.ndarray, b: np.ndarray) -> float:
     for i in range(len(a)):
         s += a[i] * b[i]
     return s
-
-
-@inlined
-def span(body: np.ndarray, which: int) -> slice:
-    """Return where k numbers of a body are in the modal work."""
-    start = body[MODAL] + which * body[COUNT]
-    return slice(start, start + body[COUNT])
-
-
-@inlined
-def coupling_span(body: np.ndarray) -> slice:
-    """Return where C (6, k), the inertia between the motion of G and the modes, is in the modal work."""
-    k = body[COUNT]
-    start = body[MODAL] + WORK_COUPLING * k
-    return slice(start, start + 6 * k)
 
 
 @vector_kernel

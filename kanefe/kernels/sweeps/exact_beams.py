@@ -11,9 +11,8 @@ import numpy as np
 
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.layout import ROTATION_VECTOR
 from kanefe.kernels.sweeps.elastic import total
-from kanefe.kernels.sweeps.slopes import slope_motion
+from kanefe.kernels.sweeps.slopes import Slopes, slope_motion
 from kanefe.kernels.sweeps.turning_steps import turn_of_step
 from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, turned_about_z
 
@@ -88,7 +87,7 @@ def _turn(beam: ExactBeam, row: int, node: int) -> None:
     a2, d2 = rest.a2 + _three_of(values[1], begins, 3, eta), _three_of(values[1], begins, 3, deta)
     a3, d3 = rest.a3 + _three_of(values[2], begins, 3, eta), _three_of(values[2], begins, 3, deta)
     omega, rate, second, by_a1, by_a2, by_a3 = turn_of_step(a1, a2, a3, d1, d2, d3)
-    E, T, remainder = slope_motion(ROTATION_VECTOR, omega, rate)
+    E, T, remainder = slope_motion(Slopes.ROTATION_VECTOR, omega, rate)
     here, there = beam.sections[node], beam.sections[node + 1]
     A, w = here.A, here.w
     AT = A @ T

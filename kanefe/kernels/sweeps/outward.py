@@ -14,8 +14,7 @@ from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import move
 from kanefe.kernels.joints.motion import put_motion, put_three, three
-from kanefe.kernels.layout import SLOPES
-from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of, state_in, work_in
+from kanefe.kernels.scene import FlexibleSizes, Scene, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import combined, modal_state, transposed_product
 from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections
 from kanefe.kernels.sweeps.slopes import slope_motion
@@ -95,7 +94,7 @@ def _move_interface(
         r, A, slide, spin, pull, bend = section.p, section.A @ link.axes, section.v, section.w, section.Z, section.Y
     else:
         displacement, slopes, slide, rates, pull, twist = _by_modes(flexible, link, body, modal)
-        A, T, remainder = slope_motion(flexible.sizes[SLOPES], slopes, rates)
+        A, T, remainder = slope_motion(FlexibleSizes(flexible.sizes).measure, slopes, rates)
         r, spin, bend = link.place + displacement, T @ rates, remainder + T @ twist
     G = parent.R
     frame.R, InterfaceFrame(frame).tangent = G @ A, T

@@ -6,13 +6,21 @@ Rotation vectors go through their square only, which is analytic: derivatives by
 from __future__ import annotations
 
 import math
+from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.layout import TAIT_BRYAN
 from kanefe.kernels.values.tensors import IDENTITY, Matrix, Vector, cross, dot, skew
+
+
+class Slopes(IntEnum):
+    """Measures of slopes: see `kanefe.bodies.slopes`."""
+
+    ROTATION_VECTOR = 0
+    TAIT_BRYAN = 1
+
 
 # Coefficients of x^2k, lowest first, of sin x / x, (1 - cos x) / x^2, (x - sin x) / x^3 and of the derivatives of the
 # last two divided by x. Ten terms are round-off at |x| = 1.
@@ -60,7 +68,7 @@ def _polynomial(theta: Vector, of_skew: Any, of_square: Any) -> Matrix:
 @kernel
 def slope_motion(measure: int, theta: Vector, rates: Vector) -> tuple[Matrix, Matrix, Vector]:
     """Return A_Gn, the tangent T of w_Gn_G = T dtheta, and dT/dt dtheta."""
-    if measure == TAIT_BRYAN:
+    if measure == Slopes.TAIT_BRYAN:
         return _tait_bryan_motion(theta, rates)
     s, c, b, da, db = exponential_coefficients(dot(theta, theta))
     turn, along = cross(theta, rates), dot(theta, rates)

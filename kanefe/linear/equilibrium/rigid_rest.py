@@ -24,7 +24,7 @@ from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
 from kanefe.kane.rigid_contacts.contact_shares import DEPENDENT, spare_forces
 from kanefe.kane.state import State
 from kanefe.kernels.contact.laws import Coulomb, KelvinVoigt
-from kanefe.kernels.impacts.contact_questions import START
+from kanefe.kernels.impacts.contact_questions import Asks
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.equilibrium.dynamic_relaxation import NoRest, found_or_fallen
 from kanefe.linear.imbalance import force_sizes
@@ -219,7 +219,7 @@ class _Rest:
         if min(found.slip_margins.values(), default=0.0) >= -PULLED * largest:
             return set(), set()
         y = np.concatenate((state.q, state.u, state.z))
-        z = state.model.parts(LiteralRoute(state.model).asked_contacts(START, self.t, y).changed().y)[2]
+        z = state.model.parts(LiteralRoute(state.model).asked_contacts(Asks.START, self.t, y).changed().y)[2]
         forces = {(force.contact, force.probe): force.friction for force in probe_forces(state)}
         slipping: set[Key] = set()
         loose: set[Key] = set()

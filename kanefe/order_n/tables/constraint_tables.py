@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.kernels.constraints.closing import Closing
-from kanefe.kernels.constraints.constraint_rows import ConstraintRow, ConstraintRows, End, RowKind, Term, Terms
+from kanefe.kernels.constraints.constraint_rows import ConstraintRow, ConstraintRows, RowKind, Term, Terms
 from kanefe.kernels.constraints.loop_tables import Limits, LoopFactors, RowWork, UnitResponses, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
-from kanefe.kernels.contact.rigid_points import HAS_MARK, OF_PROBE, ON_SURFACE, STATUS
-from kanefe.kernels.layout import BORDER_SIZE, COORDINATES, DRIVES, MODAL_SIZE, SPEEDS
-from kanefe.kernels.loads.markers import MARKER_AXES
+from kanefe.kernels.contact.rigid_points import given_points
+from kanefe.kernels.loads.markers import Marker
+from kanefe.kernels.scene import FlexibleSizes, Sizes
 from kanefe.kernels.tables import FlexibleTables, Loops, RigidPoints, Tables
 from kanefe.kernels.values.records import filled, room
 from kanefe.kernels.values.tensors import Matrix, Vector
@@ -89,23 +89,23 @@ def _fill_points(rows: ConstraintRows, first: int, points: RigidPoints) -> None:
     """Write the rows of the points of rigid contacts, three for each from a first one on."""
     for n in range(3 * len(points.places)):
         row, (p, direction) = rows[first + n], divmod(n, 3)
-        place = points.places[p]
-        row.kind, row.point, row.direction, row.switch = RowKind.CONTACT, p, direction, place[STATUS]
-        row.holds_place = direction == 0 or place[HAS_MARK] != 0
-        _put(row.a, place[ON_SURFACE], points.markers[2 * p])
-        _put(row.b, place[OF_PROBE], points.markers[2 * p + 1])
+        given = given_points(points)[p]
+        row.kind, row.point, row.direction, row.switch = RowKind.CONTACT, p, direction, given.status
+        row.holds_place = direction == 0 or given.has_mark
+        for end, marker in ((row.a, given.surface), (row.b, given.probe)):
+            end.row, end.point, end.axes = marker.row, marker.point, marker.axes
 
 
-def _put(end: End, row: int, marker: np.ndarray) -> None:
-    end.row, end.point, end.axes = row, Vector(*marker[:MARKER_AXES]), Matrix(*marker[MARKER_AXES:])
+def _put(end: Marker, row: int, marker: np.ndarray) -> None:
+    end.row, end.point, end.axes = row, Vector(*marker[:3]), Matrix(*marker[3:])
 
 
 def _sizes(tables: Tables, flexible: FlexibleTables, **whole: int) -> np.ndarray:
     """Return the integers of the memory of loops."""
-    free, driven = int(tables.sizes[SPEEDS]), int(tables.sizes[DRIVES])
-    whole |= {"free": free, "speeds": free + driven, "coordinates": int(tables.sizes[COORDINATES])}
-    whole |= {"frames": len(tables.rows) + 1, "begins": 0}
-    whole |= {"modal": int(flexible.sizes[MODAL_SIZE]), "border": int(flexible.sizes[BORDER_SIZE])}
+    sizes, of_modes = Sizes(tables.sizes), FlexibleSizes(flexible.sizes)
+    whole |= {"free": sizes.free_count, "speeds": sizes.free_count + sizes.driven_count}
+    whole |= {"coordinates": sizes.coordinate_count, "frames": len(tables.rows) + 1, "begins": 0}
+    whole |= {"modal": of_modes.modal, "border": of_modes.border}
     whole["exerted"] = room(RowWork, "begins", **whole)
     whole["held"] = room(UnitResponses if whole["points"] else LoopFactors, "begins", **whole)
     whole["closing"] = room(Closing, "begins", **whole)

@@ -3,32 +3,30 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.constraints.loop_tables import exerted_size
 from kanefe.kernels.contact.output_places import CONTACT_OUTPUTS, POINT_OUTPUTS
-from kanefe.kernels.contact.rigid_points import CONTACT
+from kanefe.kernels.contact.rigid_points import given_points
 from kanefe.kernels.evaluation.force_tables import (
-    CONTACTS,
-    DRIVING,
-    GEAR_FORCES,
-    LOOP_FORCES,
-    OF_CARRIER,
-    OF_CHILD,
-    OF_LOAD,
-    OF_LOOP,
-    OF_POINT_LOAD,
-    PARTS,
-    POINTS,
-    REACTIONS,
-    WRENCH,
+    FixedComponent,
     ForceTables,
     ForceWork,
+    HeldBody,
+    SourceKind,
+    ToldForces,
+    ToldGear,
+    ToldLoop,
+    ToldPart,
+    ToldSource,
 )
+from kanefe.kernels.force_elements.places import WRENCH
 from kanefe.kernels.loads.acting import BetweenLoads
+from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.tables import LoadsBetween, Loops
-from kanefe.kernels.values.records import laid_out
+from kanefe.kernels.values.records import filled_rows, laid_out, place
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData
@@ -71,88 +69,99 @@ class ForceTableBuilder:
         self._rows_of_loops = _rows_of_loops(model)
         self._first_contact_row = len(loops.rows) - DIRECTIONS * len(loops.points.places)
         contacts = range(len(model.rigid_contacts) + 1)
-        self.first_points = np.searchsorted(loops.points.places[:, CONTACT], contacts).tolist()
+        self.first_points = np.searchsorted([one.contact for one in given_points(loops.points)], contacts).tolist()
         self._components: dict[tuple[int, str], tuple[int, int]] = {}
         self.undetermined: set[int] = set()
         self.by_reaction: dict[int, tuple[int, np.ndarray]] = {}
-        held = self._held()
+        bodies = [{"row": one.row, "point": one.place, "axes": one.axes} for one in builder.frame_offsets]
+        loops_told = [self._rows_of_loops[c.name] for c in model.constraints if c.b is not None]
+        gears = [(self._rows_of_loops[name][0], coefficient) for name, coefficient in _gear_terms(model)]
+        held, components, pool = self._held()
         parts, sources = self._parts(parts_of(model))
-        frames = builder.frame_offsets
-        two_ended = [self._rows_of_loops[c.name] for c in model.constraints if c.b is not None]
-        gears = list(_gear_terms(model))
-        sizes = (
-            model.coordinate_count + model.free_count + model.state_count + QUADRATURES,
-            WRENCH * len(frames),
-            model.driven_count,
-            WRENCH * len(two_ended),
-            len(gears),
-            WRENCH * len(parts),
-            WRENCH * len(between.ends),
-            CONTACT_OUTPUTS * len(model.rigid_contacts),
-            POINT_OUTPUTS * len(loops.points.places),
+        told = laid_out(
+            ToldForces,
+            rate_count=model.coordinate_count + model.free_count + model.state_count + QUADRATURES,
+            body_count=len(bodies),
+            drive_count=model.driven_count,
+            loop_count=len(loops_told),
+            gear_count=len(gears),
+            part_count=len(parts),
+            end_count=len(between.ends),
+            contact_count=len(model.rigid_contacts),
+            point_count=len(loops.points.places),
         )
-        self.tables = ForceTables(
-            bodies=np.array([frame.row for frame in frames], dtype=np.int64),
-            frames=np.array([(*frame.place, *frame.axes.ravel()) for frame in frames]).reshape(-1, 12),
-            loops=np.array(two_ended, dtype=np.int64).reshape(-1, 2),
-            gear_rows=np.array([self._rows_of_loops[name][0] for name, _ in gears], dtype=np.int64),
-            coefficients=np.array([coefficient for _, coefficient in gears], dtype=float),
-            **held,
-            parts=np.array(parts, dtype=np.int64).reshape(-1, 3),
-            sources=np.array(sources, dtype=np.int64).reshape(-1, 4),
-            places=np.array((0, *np.cumsum(sizes)), dtype=np.int64),
-            work=laid_out(
-                ForceWork,
-                state_count=model.state_count,
-                end_count=len(between.ends),
-                component_count=len(held["components"]),
-                exerted_size=exerted_size(loops),
-            ),
+        self.tables = ForceTables._make(
+            (
+                *filled_rows(Marker, bodies),
+                *filled_rows(ToldLoop, [{"first": first, "count": count} for first, count in loops_told]),
+                *filled_rows(ToldGear, [{"row": row, "coefficient": coefficient} for row, coefficient in gears]),
+                *filled_rows(HeldBody, held),
+                np.array(pool, dtype=float),
+                *filled_rows(FixedComponent, components),
+                *filled_rows(ToldPart, parts),
+                *filled_rows(ToldSource, sources),
+                told,
+                laid_out(
+                    ForceWork,
+                    state_count=model.state_count,
+                    end_count=len(between.ends),
+                    component_count=len(components),
+                    exerted_size=exerted_size(loops),
+                ),
+            )
         )
+        self.told = ToldForces(told, np.zeros(0))
 
     def numbers_of_parts(self, body: str, interface: str) -> list[int]:
         """Return the numbers of the parts of the force at an interface, which are one after the other."""
         parts = enumerate(parts_of(self._model))
         return [i for i, part in parts if (self._model.bodies[part.body].name, part.interface) == (body, interface)]
 
+    def begins(self, forces: str) -> int:
+        """Return where some of the forces begin in a row of what is told."""
+        return place(self.told, forces)
+
+    def block(self, found: np.ndarray, forces: str) -> np.ndarray:
+        """Return some of the forces of all rows, (T, numbers)."""
+        size = self.told.fields[forces].kind.size(self.told.__getattribute__)
+        return found[:, self.begins(forces) : self.begins(forces) + size]
+
     def place(self, quantity: str, name: str, interface: str, component: int) -> tuple[int, int]:
         """Return where a component of a force is in a row of what is told, and how many wrenches are added up.
 
         Of points of rigid contacts: the component of all, point by point.
         """
-        model, places = self._model, self.tables.places.tolist()
+        model = self._model
         if quantity == "joint_reaction":
-            return places[REACTIONS] + WRENCH * model.index(name) + component, 1
+            return self.begins("reactions") + WRENCH * model.index(name) + component, 1
         if quantity == "driving_force":
             body = model.bodies[model.index(name)]
-            return places[DRIVING] + int(body.speeds[body.driven[component]]) - model.free_count, 1
+            return self.begins("driving") + int(body.speeds[body.driven[component]]) - model.free_count, 1
         if quantity == "loop_force":
             number = [constraint.name for constraint in model.constraints if constraint.b is not None].index(name)
-            return places[LOOP_FORCES] + WRENCH * number + component, 1
+            return self.begins("loops") + WRENCH * number + component, 1
         if quantity == "gear_force":
             first = [gear for gear, _ in _gear_terms(model)].index(name)
-            return places[GEAR_FORCES] + first + component, 1
+            return self.begins("gears") + first + component, 1
         if quantity in ("load", "contact_points"):
             number = [model.loads[i].name for i in model.rigid_contacts].index(name)
             if quantity == "load":
-                return places[CONTACTS] + CONTACT_OUTPUTS * number + component, 1
-            return places[POINTS] + POINT_OUTPUTS * self.first_points[number] + component, 1
+                return self.begins("contacts") + CONTACT_OUTPUTS * number + component, 1
+            return self.begins("points") + POINT_OUTPUTS * self.first_points[number] + component, 1
         numbers = self.numbers_of_parts(name, interface)
         first = numbers[0] if numbers else 0
-        return places[PARTS] + WRENCH * first + component, len(numbers)
+        return self.begins("parts") + WRENCH * first + component, len(numbers)
 
-    def _held(self) -> dict[str, np.ndarray]:
-        """Return the tables of components fixed in G."""
-        held: list[tuple[int, int, int, int]] = []
-        components: list[tuple[int, int]] = []
-        axes: list[np.ndarray] = []
-        pool: list[float] = []
+    def _held(self) -> tuple[list[dict[str, Any]], list[dict[str, Any]], list[float]]:
+        """Return bodies with components fixed in G, these, and the motions by them."""
+        held, components, pool = list[dict[str, Any]](), list[dict[str, Any]](), list[float]()
         for number, body in enumerate(self._model.bodies):
             terms = body.flexible
             if terms is None or not terms.body.fixed_count or not _is_determined(terms):
                 continue
-            k, first = terms.body.free_count, len(components)
-            held.append((self._builder.frame_offsets[number].row, first, terms.body.fixed_count, len(pool)))
+            k, first, row = terms.body.free_count, len(components), self._builder.frame_offsets[number].row
+            width, count = WRENCH + k, terms.body.fixed_count
+            held.append({"row": row, "first": first, "count": count, "width": width, "constants": len(pool)})
             transform = self._builder.modes[number].transform
             elastic = terms.fixed_elastic[:k] if transform is None else transform[0].T @ terms.fixed_elastic[:k]
             columns: list[int] = []
@@ -160,23 +169,19 @@ class ForceTableBuilder:
                 if frame.fixed_components:
                     self._components[number, frame.name] = len(components), len(frame.fixed_components)
                     row = self._builder.interfaces[number, frame.name]
-                    components += [(row, component) for component in frame.fixed_components]
-                    axes += [frame.axes[:, component % 3] for component in frame.fixed_components]
+                    components += [
+                        {"row": row, "component": one, "axis": frame.axes[:, one % 3]} for one in frame.fixed_components
+                    ]
                     columns += [column - k for column in frame.fixed_columns]
             pool += np.vstack((terms.fixed_rigid, elastic))[:, columns].T.ravel().tolist()
-        return {
-            "held": np.array(held, dtype=np.int64).reshape(-1, 4),
-            "components": np.array(components, dtype=np.int64).reshape(-1, 2),
-            "axes": np.array(axes, dtype=float).reshape(-1, 3),
-            "pool": np.array(pool, dtype=float),
-        }
+        return held, components, pool
 
-    def _parts(self, wanted: tuple[InterfacePart, ...]) -> tuple[list[tuple[int, ...]], list[tuple[int, ...]]]:
-        parts: list[tuple[int, ...]] = []
-        sources: list[tuple[int, ...]] = []
+    def _parts(self, wanted: tuple[InterfacePart, ...]) -> tuple[list[dict[str, int]], list[dict[str, int]]]:
+        parts, sources = list[dict[str, int]](), list[dict[str, int]]()
         for number, part in enumerate(wanted):
             own = [row for source in part.sources for row in self._source(part, source)]
-            parts.append((self._builder.interfaces[part.body, part.interface], len(sources), len(own)))
+            row = self._builder.interfaces[part.body, part.interface]
+            parts.append({"row": row, "first": len(sources), "count": len(own)})
             sources += own
             if (
                 any(source.kind == BODY and source.end == 0 for source in part.sources)
@@ -189,27 +194,32 @@ class ForceTableBuilder:
                     self.by_reaction[number] = part.body, frame.position
         return parts, sources
 
-    def _source(self, part: InterfacePart, source: Source) -> list[tuple[int, int, int, int]]:
+    def _source(self, part: InterfacePart, source: Source) -> list[dict[str, int]]:
         model = self._model
         if source.kind == BODY and source.end == 0:
-            return [(OF_CARRIER, *self._components.get((part.body, part.interface), (0, 0)), 0)]
+            return [_source(SourceKind.CARRIER, *self._components.get((part.body, part.interface), (0, 0)))]
         if source.kind == BODY:
-            return [(OF_CHILD, model.index(source.name), 0, 0)]
+            return [_source(SourceKind.CHILD, model.index(source.name))]
         if source.kind == LOOP:
-            return [(OF_LOOP, *self._rows_of_loops[source.name], source.end)]
+            return [_source(SourceKind.LOOP, *self._rows_of_loops[source.name], source.end)]
         if source.kind == LOAD:
             number = next(i for i, load in enumerate(model.loads) if load.name == source.name)
             if number in model.rigid_contacts:
                 return self._points_on(model.rigid_contacts.index(number), source.end)
-            return [(OF_LOAD, self.first_ends[number] + source.end, 1, 0)]
+            return [_source(SourceKind.LOAD, self.first_ends[number] + source.end)]
         before = sum(len(body.loads) for body in model.bodies[: part.body])
-        return [(OF_POINT_LOAD, before + source.end, 1, 0)]
+        return [_source(SourceKind.POINT_LOAD, before + source.end)]
 
-    def _points_on(self, number: int, end: int) -> list[tuple[int, int, int, int]]:
+    def _points_on(self, number: int, end: int) -> list[dict[str, int]]:
         """Return the rows of the points of a rigid contact that act on one of its ends; all do on its surface."""
         ends = enumerate(probe_end for probe_end, _ in self._model.rigid_contact(number).probes)
         points = [self.first_points[number] + i for i, probe_end in ends if end in (0, probe_end)]
-        return [(OF_LOOP, self._first_contact_row + DIRECTIONS * p, DIRECTIONS, int(end > 0)) for p in points]
+        rows = [self._first_contact_row + DIRECTIONS * p for p in points]
+        return [_source(SourceKind.LOOP, row, DIRECTIONS, int(end > 0)) for row in rows]
+
+
+def _source(kind: SourceKind, first: int, count: int = 1, end: int = 0) -> dict[str, int]:
+    return {"kind": kind, "first": first, "count": count, "end": end}
 
 
 def _rows_of_loops(model: ModelData) -> dict[str, tuple[int, int]]:

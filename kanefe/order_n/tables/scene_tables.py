@@ -15,9 +15,9 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler.addresses import addresses
-from kanefe.kernels.layout import ROTATION_VECTOR, TAIT_BRYAN
 from kanefe.kernels.links.places import SIGNATURE
 from kanefe.kernels.loads.point_and_field_loads import Traction
+from kanefe.kernels.sweeps.slopes import Slopes
 from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import LINK_INTEGERS, GivenLink, InterfaceLink, Kind, Link
 from kanefe.kernels.values import tensors
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 UPPER = np.triu_indices(3)
 """Indices of the six kept values of a symmetric matrix, row by row."""
 
-SLOPE_CODES = {"rotation-vector": ROTATION_VECTOR, "tait-bryan": TAIT_BRYAN}
+SLOPE_CODES = {"rotation-vector": Slopes.ROTATION_VECTOR, "tait-bryan": Slopes.TAIT_BRYAN}
 
 
 @dataclass(eq=False)

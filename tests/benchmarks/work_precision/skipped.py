@@ -24,7 +24,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.integrate.run import integrate
-from kanefe.kernels.layout import COUNT, DAMPING
+from kanefe.kernels.bodies import ModalBodies
 from kanefe.order_n.route import OrderN
 from kanefe.result import Result
 
@@ -90,10 +90,11 @@ def damping(rounds: int) -> Skip:
     def with_zeros(model: Model) -> None:
         order_n = _tables_of(model)
         flexible = order_n.flexible
-        if len(flexible.bodies) == 0 or flexible.bodies[0, DAMPING] != -1:
+        bodies = flexible.bodies.copy()
+        records = ModalBodies(bodies, flexible.pool, np.zeros(0))
+        if len(records) == 0 or records[0].damped != -1:
             raise SimulationError("the bar of S4 should be flexible and without damping")
-        bodies, k = flexible.bodies.copy(), int(flexible.bodies[0, COUNT])
-        bodies[0, DAMPING] = len(flexible.pool)
+        k, records[0].damped = records[0].k, len(flexible.pool)
         order_n.flexible = flexible._replace(bodies=bodies, pool=np.concatenate((flexible.pool, np.zeros(k * k))))
 
     def build() -> Model:

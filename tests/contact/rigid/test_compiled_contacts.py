@@ -16,12 +16,12 @@ from kanefe.kane.constraints import held_rows
 from kanefe.kane.rigid_contacts.contact_forces import check_determined
 from kanefe.kernels.compiler.arrays import NOT_CALLED
 from kanefe.kernels.constraints.constraint_rows import RowKind
-from kanefe.kernels.constraints.contact_margins import MARGINS as MARGIN_COUNT
-from kanefe.kernels.constraints.contact_margins import Watched
+from kanefe.kernels.constraints.contact_margins import LeastMargins
 from kanefe.kernels.constraints.loop_tables import rows_of
-from kanefe.kernels.contact.rigid_points import STATUS
+from kanefe.kernels.contact.rigid_points import given_points
 from kanefe.kernels.events.watched_run import Does
-from kanefe.kernels.impacts.contact_questions import LIFT, MARGINS, SLIP, START, STICK, TOUCH
+from kanefe.kernels.impacts.contact_questions import Asks
+from kanefe.kernels.loads.telling import States
 from kanefe.literal.route import LiteralRoute, powers, state_rates
 from kanefe.order_n.contact_changing import decider_of
 from kanefe.order_n.contact_watching import ContactLook, watching_contacts
@@ -57,10 +57,11 @@ def own_multipliers(model: Model, y: np.ndarray) -> np.ndarray:
     states = np.zeros((1, look.vectors.shape[1]))
     states[0, : len(y)] = y
     given = np.full(1, T), route.drives(T)[None], route.values(T, y)[None], states
-    watching_contacts(route).prepared(look.looked, NOT_CALLED, Watched(*given, np.empty((1, MARGIN_COUNT))))()
+    found = np.empty((1, LeastMargins.number_count))
+    watching_contacts(route).prepared(look.looked, NOT_CALLED, States(*given), found)()
     contact = np.array([row.kind == RowKind.CONTACT for row in rows_of(route.loops)])
     found, points = look.workspace.multipliers, look.workspace.multipliers[contact].reshape(-1, 3)
-    status = y[model.coordinate_count + model.free_count :][route.loops.points.places[:, STATUS]]
+    status = y[model.coordinate_count + model.free_count :][[one.status for one in given_points(route.loops.points)]]
     held = [forces[: 3 if kind == 1.0 else 1] for forces, kind in zip(points, status, strict=True) if kind > 0.0]
     return np.concatenate((found[~contact], *held))
 
@@ -140,7 +141,7 @@ def test_what_random_impacts_leave_can_be(part):
     for seed in range(20 * part, 20 * part + 20):
         model = rigid_scene(seed)
         try:
-            y = model.route.asked_contacts(START, T, rigid_state(model, 10 * seed + 5), 0.2, 0.4, 1e-6).changed().y
+            y = model.route.asked_contacts(Asks.START, T, rigid_state(model, 10 * seed + 5), 0.2, 0.4, 1e-6).changed().y
         except kf.SimulationError:
             continue
         # decisions do not see 1e-7 of the largest force
@@ -154,8 +155,8 @@ def test_random_impacts_are_those_of_the_literal_route(part):
     for seed in range(20 * part, 20 * part + 20):
         model = rigid_scene(seed)
         y = rigid_state(model, 10 * seed + 5)
-        struck += assert_changes_agree(model, y, START)
-        assert_changes_agree(model, y, (TOUCH, LIFT, SLIP, STICK)[seed % 4])
+        struck += assert_changes_agree(model, y, Asks.START)
+        assert_changes_agree(model, y, (Asks.TOUCH, Asks.LIFT, Asks.SLIP, Asks.STICK)[seed % 4])
     assert struck >= 4
 
 
@@ -170,8 +171,8 @@ def test_what_is_alike_changes_as_one() -> None:
         scene.add_contact(f"c{i}", skin, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.5))
     model = scene.freeze()
     decider, options = decider_of(model.route), (0.2, 0.4, 1e-6)
-    assert decider.ask(START, T, model.initial_state, *options)
-    assert decider.ask(LIFT, T, decider.y.copy(), *options)
+    assert decider.ask(Asks.START, T, model.initial_state, *options)
+    assert decider.ask(Asks.LIFT, T, decider.y.copy(), *options)
     z = model.parts(decider.y)[2]
     changed = [model.rigid_contact(i).status(z[model.load_states[at]]) for i, at in enumerate(model.rigid_contacts)]
     assert changed == 3 * [[SLIPS, OPEN, SLIPS]]  # each tips over two corners
@@ -282,7 +283,7 @@ def test_a_table_that_leans_on_three_legs_has_forces_that_can_be(friction):
     if friction is not None:
         contact, z = model.rigid_contact(0), y[-len(model.rigid_contact(0).initial_states) :]
         assert contact.status(z).count(1) == 4
-    forces = model.route.asked_contacts(MARGINS, 0.0, y).margins[:, 1]
+    forces = model.route.asked_contacts(Asks.MARGINS, 0.0, y).margins[:, 1]
     assert min(forces) > 0.0
     # force and moments are in balance
     np.testing.assert_allclose(sum(forces), 9.81, rtol=1e-9)
@@ -327,7 +328,7 @@ def test_events_with_functions_in_python_are_those_without():
     assert of_numbers.route.is_autonomous
     assert not of_functions.route.is_autonomous
     own, asked = (
-        one.route.asked_contacts(START, T, one.initial_state, 0.2, 0.4, 1e-6).changed().y
+        one.route.asked_contacts(Asks.START, T, one.initial_state, 0.2, 0.4, 1e-6).changed().y
         for one in (of_numbers, of_functions)
     )
     np.testing.assert_array_equal(own, asked)
@@ -346,4 +347,4 @@ def test_errors_of_functions_pass_through_compiled_code():
     calls.append(0.0)
     for route in (model.route, model.literal):
         with pytest.raises(Exception, match="asked"):
-            route.asked_contacts(START, T, y, 0.2, 0.4, 1e-6)
+            route.asked_contacts(Asks.START, T, y, 0.2, 0.4, 1e-6)

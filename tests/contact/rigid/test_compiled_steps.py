@@ -12,7 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.integrate.run_checks.bending_check import bends_in_kernels
 from kanefe.integrate.run_checks.contact_check import StepsChecked
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kernels.impacts.march import BROKEN, DONE, LEFT, Told
+from kanefe.kernels.impacts.march import Ending, Told
 from kanefe.literal.impact_steps import stepped
 from kanefe.order_n.impact_steps import ImpactSteps
 from kanefe.order_n.route import OrderN
@@ -37,9 +37,9 @@ def compared(model: Model, steps: ImpactSteps, t: float, y: np.ndarray, h: float
     """Compare a step; None where it is left to the literal equations."""
     wanted = stepped(model, t, y, h)
     ended, count, _ = steps.go_on(t, y, h, t + 10.0 * h, 1, NO_OUTPUT, y[None].copy())
-    if ended == LEFT:
+    if ended == Ending.LEFT:
         return None
-    assert (ended, count) == (DONE, 1)
+    assert (ended, count) == (Ending.DONE, 1)
     _, _, end, own = steps.last
     assert end == t + h
     q, u, rest = np.split(own - wanted.y, [model.coordinate_count, model.coordinate_count + model.free_count])
@@ -145,7 +145,7 @@ def test_what_begins_too_deep_breaks_a_law():
     y = np.append(model.route.start(0.0), np.zeros(QUADRATURES))
     y[2] -= 0.01
     ended, count, _ = steps.go_on(0.0, y, 1e-3, 1.0, 5, NO_OUTPUT, y[None].copy())
-    assert (ended, count) == (BROKEN, 0)
+    assert (ended, count) == (Ending.BROKEN, 0)
     with pytest.raises(StepFailure, match=r"'c': penetrated by 0\.01 m, more than the error of steps"):
         checked.check(steps.tried)
 

@@ -11,7 +11,7 @@ import kanefe as kf
 from contact_conditions import impact
 from kanefe import shapes
 from kanefe.kane.constraints import meetings
-from kanefe.kernels.impacts.contact_questions import START
+from kanefe.kernels.impacts.contact_questions import Asks
 from kanefe.kernels.impacts.stronge import held_by
 from kanefe.kernels.values.tensors import Symmetric
 from kanefe.order_n.contact_changing import decider_of
@@ -301,6 +301,6 @@ def test_an_impact_that_feet_share_is_that_of_the_literal_route():
         law = kf.Rigid(0.2 * i, "distributing", stiffness=1.0 + i, exponent=1.0 + 0.2 * i)
         scene.add_contact(f"{i}", table.frame(at=(x, y, -0.1)), floor, normal=law, friction=kf.Coulomb(0.3))
     model = scene.freeze()
-    assert decider_of(model.route).ask(START, 0.0, model.initial_state, 1.0, 1.0, 1e-6)
+    assert decider_of(model.route).ask(Asks.START, 0.0, model.initial_state, 1.0, 1.0, 1e-6)
     # some thousand steps, the same in both; the friction of each is found to 1e-8
     np.testing.assert_allclose(model.route.start(0.0), model.literal.start(0.0), rtol=0, atol=1e-6)

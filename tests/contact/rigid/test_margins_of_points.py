@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 import kanefe as kf
-from kanefe.kernels.impacts.contact_questions import BLURS, MARGINS
+from kanefe.kernels.impacts.contact_questions import Asks
 from kanefe.literal import contact_instant as instant
 from robustness.rocking import rocking_block
 
@@ -54,7 +54,7 @@ def test_a_table_with_its_weight_above_a_leg_stands_on_it(inside):
     """There is hardly a way to share its weight: least squares of what a leg lacks of some room let one pull."""
     model = table(0.5 - inside, 0.4 - inside).freeze()
     y = model.route.touched(0.0, model.route.start(0.0), 1.0, 1.0, 1e-6)
-    normals = model.route.asked_contacts(MARGINS, 0.0, y).margins[:, 1]
+    normals = model.route.asked_contacts(Asks.MARGINS, 0.0, y).margins[:, 1]
     # below the 1e-9 of the largest force that is round-off of forces
     assert len(normals) == 4
     assert min(normals) > -1e-9 * 8.0 * G
@@ -70,4 +70,4 @@ def test_what_a_decision_does_not_see_is_looked_at_ten_times_further(monkeypatch
     for share, blur in ((0.0, 1e-9), (-1e-8, 1e-7), (-1e-5, 1e-9)):
         shown = found._replace(normals={**found.normals, (0, 0): share * largest})
         monkeypatch.setattr(instant, "margins", lambda state, shown=shown: shown)
-        assert model.literal.asked_contacts(BLURS, 0.0, y).blurs[1] == pytest.approx(blur * largest, rel=1e-6)
+        assert model.literal.asked_contacts(Asks.BLURS, 0.0, y).blurs[1] == pytest.approx(blur * largest, rel=1e-6)

@@ -9,7 +9,7 @@ import pytest
 import kanefe as kf
 from kanefe import shapes
 from kanefe.integrate.events.contact_changes import ChangeReports
-from kanefe.kernels.impacts.contact_questions import BY_POISSON, REPORTED, TOUCHES
+from kanefe.kernels.impacts.contact_questions import REPORTED, Reported
 
 
 def between_walls(impact: str) -> kf.Model:
@@ -45,7 +45,8 @@ def test_impacts_of_a_run_by_poissons_law_are_counted_for_its_end():
     """Compiled code tells them as it tells touches; they are no events of the result."""
     model, times = between_walls("poisson"), {"right touch": []}
     reports = ChangeReports(times, 1.0)
-    for t, code in ((0.5, REPORTED + TOUCHES), (0.5, REPORTED + BY_POISSON), (0.25, REPORTED + BY_POISSON)):
+    touches, by_poisson = REPORTED + Reported.TOUCHES, REPORTED + Reported.BY_POISSON
+    for t, code in ((0.5, touches), (0.5, by_poisson), (0.25, by_poisson)):
         reports.take_code(model, t, code)
     assert times == {"right touch": [0.5]}
     assert reports.impacts.by_poisson == {"right": [0.5, 0.25]}

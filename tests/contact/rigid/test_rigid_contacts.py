@@ -16,7 +16,7 @@ from kanefe.contact.rigid.meeting import Meeting, meetings_with
 from kanefe.kane.constraints import meetings
 from kanefe.kane.rigid_contacts.contact_forces import probe_forces
 from kanefe.kernels.contact.rigid_points import BACK, TURNED
-from kanefe.kernels.impacts.contact_questions import TOUCH
+from kanefe.kernels.impacts.contact_questions import Asks
 
 G = 9.81
 GRID = np.linspace(-2.0, 2.0, 9)
@@ -231,7 +231,7 @@ def test_a_scene_with_rigid_contacts_is_pickled_and_frozen_twice():
     model = pickle.loads(pickle.dumps(scene.freeze()))
     y = model.route.start(0.0)
     y[2], y[9] = 0.0, -1.0
-    found = model.literal.asked_contacts(TOUCH, 0.0, y, 1.0).changed()
+    found = model.literal.asked_contacts(Asks.TOUCH, 0.0, y, 1.0).changed()
     np.testing.assert_allclose(model.parts(found.y)[1][:3], (1.0 - min(1.0, 0.5 * 1.5), 0.0, 0.5), atol=1e-12)
 
 

@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import direction, numbers
 from kanefe.kernels.algebra.lengths import across, norm, unit
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.contact.falling import SteadyNumbers
+from kanefe.kernels.contact.falling import SteadyNumbers, steady_numbers
 from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
 from kanefe.kernels.values.records import Record, filled_from
@@ -177,7 +177,7 @@ class Coulomb(AnchoredFriction):
     @property
     def steady(self) -> SteadyNumbers:
         """Its coefficients in steady sliding, the larger ones."""
-        return SteadyNumbers(self.sliding, self.holding, self.stribeck_speed, GAUSSIAN)
+        return steady_numbers(self.sliding, self.holding, self.stribeck_speed, GAUSSIAN)
 
     @property
     def axis(self) -> np.ndarray | None:  # type: ignore[override]

@@ -12,7 +12,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient
+from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient, steady_numbers
 from kanefe.kernels.values.records import Record, filled_from
 
 STIFFNESS_RATIO = 1.0
@@ -96,7 +96,7 @@ class FrictionLaw(ABC):
     @property
     def steady(self) -> SteadyNumbers:
         """Its coefficients in steady sliding, for compiled code: those of Coulomb's law, unless a law has others."""
-        return SteadyNumbers(self.sliding, self.holding)
+        return steady_numbers(self.sliding, self.holding)
 
     @abstractmethod
     def coefficient(self, speed: float) -> float:
@@ -196,7 +196,7 @@ class AnchoredFriction(FrictionLaw):
 
     def coefficient(self, speed: float) -> float:
         """Return the larger coefficient of slipping at a speed (m/s)."""
-        return float(steady_coefficient(self.steady, 0, speed))
+        return float(steady_coefficient(self.steady, speed))
 
     @property
     def lacks_damping(self) -> bool:  # type: ignore[override]

@@ -9,7 +9,7 @@ from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.kernels.algebra.lengths import norm
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.contact.falling import SteadyNumbers
+from kanefe.kernels.contact.falling import SteadyNumbers, steady_numbers
 from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
 from kanefe.kernels.values.records import Record
@@ -118,7 +118,7 @@ class Stribeck(AnchoredFriction):
     @property
     def steady(self) -> SteadyNumbers:
         """Its coefficients in steady sliding."""
-        return SteadyNumbers(self.mu, self.breakaway, self.stribeck_speed, self.exponent, self.viscous)
+        return steady_numbers(self.mu, self.breakaway, self.stribeck_speed, self.exponent, self.viscous)
 
     def stuck(self, factor: float) -> Self:
         """Return the law with so many times larger coefficients, under which all sticks."""
