@@ -97,10 +97,9 @@ def modes_by_mass(
     stiffness = basis.T @ (K @ basis)
     squares, vectors = scipy.linalg.eigh(0.5 * (stiffness + stiffness.T))
     if R.shape[1]:
-        # eigenvalues below the round-off of the entries of K and M count as zero
-        masses = M.diagonal()
-        massive_rows = masses > 1e-12 * largest  # rotations have no mass in lumped matrices
-        noise = 1e-14 * float(np.max(K.diagonal()[massive_rows] / masses[massive_rows]))
+        # the lowest square counts as zero below the round-off of the sum that gives it
+        lowest = np.abs(basis @ vectors[:, 0])
+        noise = 1e-14 * float(lowest @ (abs(K) @ lowest))
         rigid = float(abs(np.einsum("ij,ij->j", R, K @ R)).max())
         if rigid > 1e-6 * squares[0] or squares[0] < noise:
             raise ModelError(

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from kanefe.errors import MeshError, outside
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.shapes import is_supported, quadrature, row_numbers, shape
+from kanefe.fe_model.shapes import Shape, is_supported, quadrature, row_numbers, shape
 from kanefe.fe_model.skin import skin
 from kanefe_fem.mesh.jacobians import folded_inside
 
@@ -51,10 +51,7 @@ def check_mesh(mesh: Mesh) -> Mesh:
     if mesh.dimension == 1:
         return mesh
     check_groups(mesh)
-    if mesh.dimension == 2 and not is_plane(mesh):
-        check_surface(mesh)
-    else:
-        mesh = oriented(mesh)
+    mesh = oriented(mesh)
     if len(mesh.kinds) > 1:
         check_fit(mesh)
     check_connected(mesh)
@@ -166,28 +163,6 @@ def check_plane(mesh: Mesh) -> None:
         )
 
 
-def check_surface(mesh: Mesh) -> None:
-    """Raise a MeshError for cells of a surface in space that have no area or fold over within themselves."""
-    start = 0
-    for name, blocks in mesh.cells.items():
-        for block in blocks:
-            element, x = shape(block.kind), mesh.nodes[block.nodes]
-            tangents = np.einsum("pna,mni->mpai", element.gradients(element.nodes), x)
-            normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
-            mean = normals.mean(axis=1)
-            size = np.linalg.norm(np.ptp(x, axis=1), axis=1)
-            length = np.linalg.norm(mean, axis=1)
-            least = np.einsum("mpi,mi->mp", normals, mean / np.maximum(length, 1e-300)[:, None]).min(axis=1)
-            bad = np.flatnonzero(least <= DEGENERATE * size**2)
-            if len(bad):
-                what = "has no area" if length[bad[0]] <= DEGENERATE * size[bad[0]] ** 2 else "folds over in itself"
-                raise MeshError(
-                    f"{mesh.source}: cell {start + bad[0]} of group {name!r}, at {_point(x[bad[0]].mean(axis=0))} m, "
-                    f"{what} ({len(bad)} such cells in the group). Remedy: mesh again with better cells"
-                )
-            start += len(block.nodes)
-
-
 def check_fit(mesh: Mesh) -> None:
     """Raise a MeshError if triangles lie on a quadrilateral of another cell: displacements would not be continuous."""
     outer = {n: np.zeros((0, n), dtype=np.int64) for n in (3, 4)}
@@ -246,7 +221,10 @@ def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
     """Return the least and greatest Jacobian over the nodes of each cell, relative to its longest side.
 
     Those of a cell that folds between its nodes have both signs; of a pyramid points of quadrature are taken for nodes.
+    Of a surface in space they are those of the projection on the mean normal of each cell, never both negative.
     """
+    if mesh.dimension == 2 and not is_plane(mesh):
+        return _surface_range(mesh.nodes[block.nodes], shape(block.kind))
     element = shape(block.kind)
     d = element.dimension
     coordinates = mesh.nodes[block.nodes][:, :, :d]
@@ -268,6 +246,19 @@ def jacobian_range(mesh: Mesh, block: Cells) -> tuple[np.ndarray, np.ndarray]:
         folded = same[folded_inside(block.kind, scaled, DEGENERATE)]
         low[folded], high[folded] = np.minimum(low[folded], -DEGENERATE), np.maximum(high[folded], DEGENERATE)
     return low, high
+
+
+def _surface_range(x: np.ndarray, element: Shape) -> tuple[np.ndarray, np.ndarray]:
+    """Return `jacobian_range` of cells (m, n, 3) of a surface."""
+    tangents = np.einsum("pna,mni->mpai", element.gradients(element.nodes), x)
+    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    mean = normals.mean(axis=1)
+    size = np.linalg.norm(np.ptp(x[:, : element.corners], axis=1), axis=1) ** 2
+    size[size == 0.0] = 1.0
+    length = np.maximum(np.linalg.norm(mean, axis=1), 1e-300)
+    along = np.einsum("mpi,mi->mp", normals, mean / length[:, None]) / size[:, None]
+    along[np.abs(along) < DEGENERATE] = 0.0
+    return along.min(axis=1), along.max(axis=1)
 
 
 def check_connected(mesh: Mesh) -> None:

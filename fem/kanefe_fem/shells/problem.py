@@ -39,7 +39,7 @@ DEGREES = {"quad9": (5, 3, 3), "triangle6": (4, 2, 1)}
 """Degrees of quadrature: full, few, fewest."""
 
 FLAT = 1e-9
-"""Square of thickness times curvature, dimensionless, below which strains are those of a plate through the thickness."""
+"""Square of thickness times curvature, dimensionless, below which strains through the thickness are those of plates."""
 
 
 @dataclass(frozen=True, eq=False)

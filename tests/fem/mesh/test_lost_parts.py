@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from kanefe.errors import FileError, MeshError
-from kanefe_fem import read_mesh
+from kanefe_fem import Material, read_mesh, solid_model
 from kanefe_fem.mesh.checks import MeshWarning
 
 pytest.importorskip("meshio")
@@ -83,4 +83,4 @@ def test_an_import_without_a_solid_says_so(tmp_path: Path) -> None:
     listed = "0 0 0 1\n1 0 0 1\n0 1 0 1\n0 0 1 1\n"
     path.write_text(f"MeshVersionFormatted 2\nDimension 3\nVertices\n4\n{listed}Triangles\n2\n1 2 3 1\n1 2 4 1\nEnd\n")
     with pytest.raises(MeshError, match="surfaces do not close has no volume: heal or sew it"):
-        read_mesh(path)
+        solid_model(path, Material(E=1e9, nu=0.3, rho=1000.0))

@@ -51,12 +51,12 @@ def test_cells_without_area_and_folded_cells_are_refused():
     mesh = grid("saddle", 2)
     nodes = np.array(mesh.nodes)
     nodes[mesh.cell_blocks[0].nodes[0]] = nodes[mesh.cell_blocks[0].nodes[0, 0]]
-    with pytest.raises(MeshError, match=r"cell 0 of group 'body'.* has no area"):
+    with pytest.raises(MeshError, match=r"Jacobian vanishes in cell 0 of group 'body'"):
         shell_model(Mesh(nodes, 2, mesh.cells), STEEL, 0.01)
     nodes = np.array(mesh.nodes)
     corner = mesh.cell_blocks[0].nodes[0]
     nodes[corner[8]] = nodes[corner[1]] + 0.3 * (nodes[corner[1]] - nodes[corner[0]])
-    with pytest.raises(MeshError, match="folds over in itself"):
+    with pytest.raises(MeshError, match=r"changes its sign inside cell 0"):
         shell_model(Mesh(nodes, 2, mesh.cells), STEEL, 0.01)
 
 
@@ -90,3 +90,25 @@ def test_a_strip_bends_as_a_beam():
     inertia = width * t**3 / 12.0
     expected = length**3 / (3e9 * inertia) + length / (5.0 / 6.0 * 0.5e9 * width * t)
     assert found == pytest.approx(expected, rel=1e-4)
+
+
+GEO = """SetFactory("OpenCASCADE");
+Cylinder(1) = {0, 0, 0, 1, 0, 0, 0.2};
+Delete { Volume{1}; }
+Physical Surface("tube") = {1};
+Physical Curve("root") = {2};
+Mesh.MeshSizeMax = 0.1;
+"""
+
+
+@pytest.mark.gmsh
+@pytest.mark.fenicsx
+def test_a_tube_from_gmsh_has_the_frequencies_of_its_refinement(tmp_path):
+    """Curved sides stay curved; frequencies of a free tube against 4,800 cells: 33.378, 35.583 Hz, each twice."""
+    path = tmp_path / "tube.geo"
+    path.write_text(GEO)
+    with pytest.warns(UserWarning, match="belong to no physical group"):
+        mesh = read_mesh(path, order=2)
+    body = shell_body(mesh, STEEL, {}, 2e-3, reduction=kf.CraigBampton(modes=4))
+    assert body.mass == pytest.approx(STEEL.rho * 2e-3 * 0.4 * np.pi, rel=1e-4)
+    assert body.frequencies[:4] == pytest.approx((33.378, 33.378, 35.583, 35.583), rel=0.05)
