@@ -8,7 +8,18 @@ import pytest
 import kanefe as kf
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
-from kanefe_fem import Laminate, Material, Oriented, Ply, box_mesh, shell_body, shell_model, solid_model, surface_mesh
+from kanefe_fem import (
+    Laminate,
+    Material,
+    Oriented,
+    Ply,
+    box_mesh,
+    read_mesh,
+    shell_body,
+    shell_model,
+    solid_model,
+    surface_mesh,
+)
 from kanefe_fem.mesh.mesh import Mesh
 from shell_meshes import grid
 
