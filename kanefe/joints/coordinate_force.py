@@ -1,4 +1,4 @@
-"""Forces along one coordinate of a joint: spring, damper, dry friction and limits."""
+"""Forces along one coordinate of a joint: spring, damper, dry friction, limits, and the inertia of a geared rotor."""
 
 from __future__ import annotations
 
@@ -55,6 +55,11 @@ class CoordinateForce:
         ``k_limit d max(0, 1 + lambda dd)`` (Hunt & Crossley), with lambda from the speed of each impact, 1 mm/s (1
         mrad/s) at least. It is a separate load, "stop of <body>", with ``result.events["<body> touch"]`` and
         ``["<body> lift"]``.
+    armature : float
+        Inertia of a rotor behind a gear, times the square of the ratio N, kg along a distance, kg m2 about an axis: it
+        takes ``armature ddq`` of the force and has the energy ``armature dq^2 / 2``. It counts for this coordinate
+        alone: the weight of the rotor belongs to the body that carries it, and its angular momentum, which is N times
+        smaller than this inertia gives, is left out.
 
     Raises
     ------
@@ -80,11 +85,12 @@ class CoordinateForce:
     limit_stiffness: float = 0.0
     limit_damping: float = 0.0
     limit_restitution: float | None = None
+    armature: float = 0.0
     lower: float = field(init=False, repr=False)
     upper: float = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("stiffness", "damping", "friction", "limit_stiffness", "limit_damping"):
+        for name in ("stiffness", "damping", "friction", "limit_stiffness", "limit_damping", "armature"):
             if not (self._finite(name) and getattr(self, name) >= 0):
                 raise ModelError(f"{name} of a joint coordinate must be finite and >= 0, not {getattr(self, name)!r}")
         if not self._finite("rest"):

@@ -56,7 +56,14 @@ def assemble(state: State, inertia: Inertia = flexible_inertia) -> tuple[Matrix,
             F += elastic_partial_rates(terms, columns).T @ elastic_forces(terms, eta, deta)
         add_loads(state, body, frame, F)
     add_interactions(state, F)
+    _add_armatures(state, M)
     return M, F
+
+
+def _add_armatures(state: State, M: Matrix) -> None:
+    """Add the inertia of rotors behind gears, each along its own speed; their rates have no remainders."""
+    own = state.model.armatures[: len(M)]
+    M.flat[: len(M) * len(own) : len(M) + 1] += own
 
 
 @once
@@ -78,6 +85,7 @@ def mass_matrix(state: State) -> Matrix:
             is_extended = state.columns > body.flexible.fixed.start
             own = elastic_state(body.flexible, state.q, state.full, is_extended)
             M += flexible_inertia(body.flexible, frame, zero, *own)[0]
+    _add_armatures(state, M)
     return M
 
 

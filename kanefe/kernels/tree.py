@@ -58,6 +58,8 @@ class Link(Record, is_frozen=True):
         Angular momentum of rotors, in axes of the row.
     along, about : float
         Travel along z and turn about z of a unit of the coordinate.
+    armature : float
+        Inertia against the relative acceleration of the coordinate alone, of a rotor behind a gear.
     """
 
     parent: int
@@ -76,6 +78,7 @@ class Link(Record, is_frozen=True):
     rotor: Vector
     along: float
     about: float
+    armature: float
 
 
 class InterfaceLink(Link):

@@ -285,9 +285,10 @@ class Choices:
         rest: float = 0.0,
         damping: float = 0.0,
         friction: float = 0.0,
+        armature: float = 0.0,
     ) -> CoordinateForce | None:
         """Return the force along a coordinate, None if there is none; record what is left out."""
-        what: dict[str, object] = {}
+        what: dict[str, object] = {"armature": armature} if armature else {}
         for kind, value in (("stiffness", stiffness), ("damping", damping), ("friction", friction)):
             if value and self.forces:
                 what[kind] = value

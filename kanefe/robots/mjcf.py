@@ -51,11 +51,11 @@ def read_mjcf(
 
     Each body becomes a rigid one with its name, in its own frame; with several joints, all but the last carry a
     massless frame. Coordinates are those of MuJoCo, including `ref`. Springs and dampers of all joints act, with their
-    polynomials, and dry friction of hinges and slides; so does compensation of gravity. Equalities of kind connect and
-    weld (of bodies or sites) and joint (linear) hold exactly, while MuJoCo's are compliant. Flags of the file switch
-    parts off as in MuJoCo. Shapes are used for the inertia of bodies without their own, and drawn. Armature, actuators,
-    tendons, contacts and other elements are not read: ``scene.not_taken`` lists them, and a warning those that would
-    change the motion.
+    polynomials, and dry friction and armature of hinges and slides; so does compensation of gravity. Equalities of kind
+    connect and weld (of bodies or sites) and joint (linear) hold exactly, while MuJoCo's are compliant. Flags of the
+    file switch parts off as in MuJoCo. Shapes are used for the inertia of bodies without their own, and drawn.
+    Actuators, tendons, contacts and other elements are not read: ``scene.not_taken`` lists them, and a warning those
+    that would change the motion.
 
     Parameters
     ----------
@@ -246,9 +246,6 @@ def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: N
     for number in range(first, first + count):
         name, kind = names.joints[number], int(model.jnt_type[number])
         anchor = Pose(model.jnt_pos[number].copy())
-        speed = int(model.jnt_dofadr[number])
-        if model.dof_armature[speed : speed + (6, 3, 1, 1)[kind]].any():
-            not_taken.add_acting("armature of joints", name)
         if kind == FREE:
             start = model.qpos0[model.jnt_qposadr[number] :][:7].tolist()
             forces = _pose_forces(model, number, name, choices, not_taken)
@@ -297,6 +294,7 @@ def _along_axis(
         rest=rest,
         damping=damping[0] if is_linear else 0.0,
         friction=float(model.dof_frictionloss[speed]),
+        armature=float(model.dof_armature[speed]),
     )
     kind = Revolute if model.jnt_type[number] == HINGE else Prismatic
     axis = tuple(model.jnt_axis[number].tolist())
@@ -305,11 +303,13 @@ def _along_axis(
 
 
 def _pose_forces(model: Any, number: int, name: str, choices: Choices, not_taken: NotTaken) -> PoseForces | None:
-    """Return springs and dampers of a free or ball joint; record its friction, which is not read."""
+    """Return springs and dampers of a free or ball joint; record its friction and armature, which are not read."""
     is_free = int(model.jnt_type[number]) == FREE
     speed, place = int(model.jnt_dofadr[number]), int(model.jnt_qposadr[number])
-    if model.dof_frictionloss[speed : speed + (6 if is_free else 3)].any():
-        not_taken.add_acting("friction of free and ball joints", name)
+    speeds = slice(speed, speed + (6 if is_free else 3))
+    for what, values in (("friction", model.dof_frictionloss), ("armature", model.dof_armature)):
+        if values[speeds].any():
+            not_taken.add_acting(f"{what} of free and ball joints", name)
     spring = model.qpos_spring[place:]
     rest = Pose(spring[:3].copy(), rotation_matrix(spring[3:7])) if is_free else Pose(axes=rotation_matrix(spring[:4]))
     return choices.pose_forces(name, not_taken, *_springs(model, number, name, not_taken), rest, is_free)

@@ -159,6 +159,15 @@ class ModelData(PickledByFields):
             force is not None and force.is_varying for body in self.bodies for force in body.joint.coordinate_forces
         )
 
+    @cached_property
+    def armatures(self) -> np.ndarray:
+        """Inertia along single speeds, of rotors behind gears, kg m2 or kg: (free + driven,)."""
+        found = np.zeros(self.free_count + self.driven_count)
+        for body in self.bodies:
+            for speed, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
+                found[speed] = 0.0 if force is None else force.armature
+        return found
+
     @property
     def state_count(self) -> int:
         """Number of internal states z."""

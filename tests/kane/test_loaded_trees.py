@@ -76,13 +76,14 @@ def test_joints_carry_nothing_along_free_coordinates_but_their_forces(model: Cal
     driving, _ = recovered_forces(State(frozen, T, q, u), du)
     full = frozen.all_speeds(T, u)
     state = State(frozen, T, q, u)
+    turned = frozen.armatures * np.concatenate((du, state.driven_rates))  # what rotors take before the joint feels it
     for body, reaction in zip(frozen.bodies, joint_reactions(State(frozen, T, q, u), du), strict=True):
         at = body.joint_coordinates(T, q)
         V, W = body.joint.partial_velocities(at)
         _, A_FM = body.joint.pose(at)
         expected = np.zeros(len(body.speeds))
         for i, (speed, force) in enumerate(zip(body.speeds, body.joint.coordinate_forces, strict=True)):
-            expected[i] += force.force(at[i], full[speed]) if force else 0.0
+            expected[i] += force.force(at[i], full[speed]) - turned[speed] if force else 0.0
             expected[i] += driving[speed - frozen.free_count] if speed >= frozen.free_count else 0.0
             expected[i] += sum(m.value(T, state) for m in body.joint_loads if m.coordinate == i)
         found = (A_FM.T @ V).T @ reaction[:3] + (A_FM.T @ W).T @ reaction[3:]

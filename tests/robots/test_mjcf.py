@@ -91,7 +91,7 @@ def test_what_is_not_taken_is_named(tmp_path: Path) -> None:
         scene = kf.read_mjcf(path)
     assert len(told) == 1
     named = scene.not_taken
-    assert named["armature of joints"] == ("twist",)
+    assert scene.body("twist").system._entries[3].joint.forces.armature == 0.1
     assert named["limits of joints (limit_stiffness= takes them)"] == ("swing",)
     assert named["shapes, which touch nothing"] == ("world", "craft", "arm", "ball", "tip", "unnamed")
     assert (named["sensors"], named["keyframes"]) == (("angle",), ("home",))

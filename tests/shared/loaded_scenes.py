@@ -22,9 +22,9 @@ STEP = 3e-4
 
 def force_of(rng: np.random.Generator, limited: bool = False) -> kf.CoordinateForce:
     """Return a force with everything in it but friction; with limits, the coordinate 0 is beyond the upper one."""
-    k, c, _ = rng.uniform(0.5, 2.0, 3)
+    k, c, armature = rng.uniform(0.5, 2.0, 3)
     stops: dict[str, Any] = {"limits": (-9.0, -3.0), "limit_stiffness": 7.0, "limit_damping": 0.3} if limited else {}
-    return kf.CoordinateForce(k, c, rng.uniform(-0.5, 0.5), **stops)
+    return kf.CoordinateForce(k, c, rng.uniform(-0.5, 0.5), armature=0.1 * armature, **stops)
 
 
 def place(rng: np.random.Generator) -> dict[str, Any]:

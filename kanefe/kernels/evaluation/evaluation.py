@@ -37,7 +37,7 @@ from kanefe.kernels.steppers.step_commands import (
     STIFFNESS_DIRECTION,
     is_finite,
 )
-from kanefe.kernels.sweeps.driving_forces import put_driving_forces
+from kanefe.kernels.sweeps.driving_forces import put_driving_forces, turn_driven_rotors
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.implicit import Pushes, stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
@@ -183,6 +183,8 @@ def add_forces(scene: Scene, state: State, work: Work, rates: Rates) -> None:
     dissipated, motors = add_joint_forces(scene.tables, state, work.applied)
     powers[0] = dissipated
     powers[1] += motors
+    if len(state.drives) > 0:
+        turn_driven_rotors(scene, state.drives, work.applied)
     if len(scene.flexible.bodies) > 0:
         powers[0] += modal_dissipation(scene, work)
         powers[1] += add_field_loads(scene, state, work)

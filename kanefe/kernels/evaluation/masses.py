@@ -96,6 +96,7 @@ def _put_joint(columns: Columns, i: int) -> None:
         return
     v, w = partials(link, frame)
     _put_motion(columns, i, v, w, speed)
+    columns.found[speed, speed] += link.armature
 
 
 @kernel

@@ -68,6 +68,9 @@ def _energies(scene: Scene, state: State, work: Work) -> tuple[float, float, flo
             kinetic += of_modes
             elastic += strain
             size += strain
+        if link.armature > 0.0:
+            _, rate = along(state, link.coordinate if link.drive < 0 else -1 - link.drive, link.speed)
+            kinetic += 0.5 * link.armature * rate * rate
         if link.has_gravity:
             fall = dot(gravity, frame.M @ frame.p + first_moment(frame))
             weight -= fall

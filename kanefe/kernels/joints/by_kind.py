@@ -84,7 +84,7 @@ def eliminate(link: Link, frame: Frame, applied: np.ndarray, is_implicit: bool, 
         is_regular = eliminate_free(FreeFrame(frame))
     elif kind != Kind.FIXED and link.drive < 0:
         along, speed = AxisFrame(frame), link.speed
-        resists = added[speed] if is_implicit else 0.0
+        resists = link.armature + added[speed] if is_implicit else link.armature
         if kind == Kind.REVOLUTE:
             is_regular = eliminate_revolute(along, applied[speed], resists)
         else:

@@ -14,6 +14,7 @@ from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.planar.layout import (
     ACCELERATION,
     ALPHA,
+    ARMATURE,
     AXIS,
     BIAS,
     DRIVE,
@@ -98,10 +99,10 @@ def sweep_inward(
             torque = geometry[i, SIGN] * applied[speed]
             m_r_x, m_r_y = m_xy * r_x - m_xx * r_y, m_yy * r_x - m_xy * r_y  # M times the normal cross r
             h_r = h_y * r_x - h_x * r_y
-            if is_implicit:  # it resists the turn against the parent, not that against N
-                j += added[speed]
-                h_r -= added[speed]
-                work[parent, J] += added[speed]
+            resists = geometry[i, ARMATURE] + added[speed] if is_implicit else geometry[i, ARMATURE]
+            j += resists  # the turn against the parent, not that against N
+            h_r -= resists
+            work[parent, J] += resists
             pivot = 1.0 / j
             is_regular = is_regular and j.real > 0.0
             e_x, e_y, e_r = pivot * h_x, pivot * h_y, pivot * h_r
@@ -128,7 +129,7 @@ def sweep_inward(
                 axis_x, axis_y = axis_of(tables, work, i)
                 u_x, u_y = m_xx * axis_x + m_xy * axis_y, m_xy * axis_x + m_yy * axis_y
                 u_j = h_x * axis_x + h_y * axis_y
-                inertia = axis_x * u_x + axis_y * u_y
+                inertia = axis_x * u_x + axis_y * u_y + geometry[i, ARMATURE]
                 if is_implicit:
                     inertia += added[speed]
                 is_regular = is_regular and inertia.real > 0.0
@@ -178,6 +179,7 @@ def sweep_accelerations(
                 force_x = work[i, FORCE] + work[i, M] * a_x + work[i, M + 1] * a_y + h_x * alpha
                 force_y = work[i, FORCE + 1] + work[i, M + 1] * a_x + work[i, M + 2] * a_y + h_y * alpha
                 needed = axis_x * force_x + axis_y * force_y
+            needed += geometry[i, ARMATURE] * drives[drive, 2]
             power += (needed - applied[speed]) * drives[drive, 1]
         elif kind == TURN:
             alpha = work[i, REST] - work[i, U] * work[parent, ACCELERATION]

@@ -30,7 +30,8 @@ MASS = 5
 FIRST = 6  # mass times centre of mass
 SECOND = 8  # inertia about the origin and the normal
 LIFTED = 9  # mass, and mass times centre of mass, that gravity spares
-ROW_NUMBERS = 12
+ARMATURE = 12  # inertia along the coordinate alone
+ROW_NUMBERS = 13
 
 # Columns of the work array
 C, S = 0, 1  # cosine and sine of the angle

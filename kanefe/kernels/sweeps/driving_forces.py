@@ -11,6 +11,16 @@ from kanefe.kernels.values.tensors import dot
 
 
 @kernel
+def turn_driven_rotors(scene: Scene, drives: np.ndarray, applied: np.ndarray) -> None:
+    """Take what the rotors behind the gears of driven coordinates need from what is applied along these."""
+    links = links_of(scene)
+    for i in range(len(links)):
+        link = links[i]
+        if link.drive >= 0:
+            applied[link.speed] -= link.armature * drives[link.drive, 2]
+
+
+@kernel
 def put_driving_forces(scene: Scene, work: Work, forces: np.ndarray) -> None:
     """Write the forces that driven coordinates need beyond what is applied to them."""
     links, frames, applied = links_of(scene), work.frames, work.applied

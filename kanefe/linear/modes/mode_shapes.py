@@ -117,7 +117,10 @@ class Shapes(ABC):
 
 
 def body_masses(small: SmallMotions) -> dict[str, Matrix]:
-    """Return the share of each body in the mass matrix over the free speeds, by name; massless frames are left out."""
+    """Return the share of each body in the mass matrix over the free speeds, by name; massless frames are left out.
+
+    Rotors behind the gears of a joint count with the body that it carries.
+    """
     model, n, none = small.model, small.model.free_count, np.zeros(3)
     state = small.here
     found = {}
@@ -127,4 +130,7 @@ def body_masses(small: SmallMotions) -> dict[str, Matrix]:
         elif body.flexible is not None:
             eta = elastic_state(body.flexible, state.q, state.full, False)
             found[body.name] = flexible_inertia(body.flexible, frame, none, *eta)[0][:n, :n]
+        for speed in body.speeds[body.speeds < n]:
+            if model.armatures[speed]:
+                found.setdefault(body.name, np.zeros((n, n)))[speed, speed] += model.armatures[speed]
     return found

@@ -7,6 +7,7 @@ import numpy as np
 from kanefe.frames import Matrix, Vector, cross, turn_to
 from kanefe.joints import Joint, Link
 from kanefe.kernels.planar.layout import (
+    ARMATURE,
     AXIS,
     COORDINATE,
     DRIVE,
@@ -177,7 +178,8 @@ class _Builder:
         parent = self.frame_offsets[body.parent] if body.parent >= 0 else FrameOffset(0, self.basis, np.zeros(3))
         row, place, joint = parent.row, parent.place + parent.axes @ body.p_PoFo_P, body.joint
         moving: list[Link] = [link for link in joint.links() or () if not link.is_fixed]
-        if floats_in_plane(joint) and not body.is_driven:
+        has_rotors = bool(self.model.armatures[body.speeds].any())
+        if floats_in_plane(joint) and not (body.is_driven or has_rotors):
             x, _, z = (link.axis for link in moving)
             row = self._add_row(FLOAT, row, place, axes @ x, float(np.sign(axes[2] @ z)))
             self._number(row, body, 0)
@@ -198,6 +200,7 @@ class _Builder:
         """Write where coordinate i of a body's joint is in the state, or among the driven ones."""
         integers, speed = self._integers[row], int(body.speeds[i])
         integers[SPEED] = speed
+        self._numbers[row][ARMATURE] = self.model.armatures[speed]
         if speed >= self.model.free_count:
             integers[DRIVE] = speed - self.model.free_count
         else:

@@ -152,6 +152,8 @@ class TableBuilder(FrameOffsets):
                     link.drive = body.speeds[speed] - self.model.free_count
                 else:
                     link.coordinate = body.coordinates[coordinate]
+                if joint_link.speed_count == 1:
+                    link.armature = self.model.armatures[link.speed]
             speed, coordinate = speed + joint_link.speed_count, coordinate + joint_link.coordinate_count
             place, axes = np.zeros(3), turn.T
         return FrameOffset(row, axes, place)
