@@ -455,3 +455,17 @@ def _warn_of_empty(groups: dict[int, dict[str, list[Block]]], path: Path) -> Non
 
 def version(gmsh: Any) -> str:
     return str(getattr(gmsh, "GMSH_API_VERSION", None) or gmsh.__version__)
+
+
+def is_before(gmsh: Any, *wanted: int) -> bool:
+    """Return whether gmsh is older than a version, such as 4, 9."""
+    return tuple(int(one) for one in version(gmsh).split(".")[: len(wanted)]) < wanted
+
+
+def set_per_turn(gmsh: Any, count: int) -> None:
+    """Let curved faces have so many cells around a full turn; zero: as the size asks."""
+    if not is_before(gmsh, 4, 9):
+        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", count)
+    elif count:
+        gmsh.option.setNumber("Mesh.CharacteristicLengthFromCurvature", 1)
+        gmsh.option.setNumber("Mesh.MinimumElementsPerTwoPi", count)

@@ -33,6 +33,7 @@ def write_step(
     names: Sequence[str] = (),
     colours: Mapping[tuple[str, int], tuple[float, float, float]] | None = None,
     unit: str = "mm",
+    faces: Sequence[str] = (),
 ) -> Path:
     """Write what `build` makes in ``gmsh.model.occ``, in units of the file.
 
@@ -43,6 +44,8 @@ def write_step(
     colours : dict of (str, int) to (float, float, float)
         By "MANIFOLD_SOLID_BREP" or "ADVANCED_FACE" and its number in the order of the file.
     unit : {"mm", "m", "inch"}
+    faces : sequence of str
+        Names of the first faces in the order of the file.
     """
     with _gmsh.session() as gmsh, own_unit(gmsh):
         build(gmsh.model.occ)
@@ -55,6 +58,8 @@ def write_step(
     for name, product in zip(names, products[-len(names) :] if names else (), strict=True):
         text = re.sub(rf"'{re.escape(product)}'(\s*,\s*)'{re.escape(product)}'", rf"'{name}'\1'{name}'", text)
     text = in_unit(text, unit)
+    for face in faces:
+        text = text.replace("ADVANCED_FACE(''", f"ADVANCED_FACE('{face}'", 1)
     for i, ((kind, number), colour) in enumerate((colours or {}).items()):
         item = re.findall(rf"#(\d+) = {kind}\(", text)[number]
         context = re.findall(r"#(\d+) = \( GEOMETRIC_REPRESENTATION_CONTEXT", text)[0]

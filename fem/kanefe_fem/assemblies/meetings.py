@@ -8,6 +8,7 @@ from itertools import combinations, product
 
 import numpy as np
 
+from kanefe.frames import turn_to
 from kanefe_fem.cad.shapes import Face, Solid
 
 COAXIAL = 1e-5
@@ -178,8 +179,7 @@ def facing_planes(solids: Sequence[Solid], size: float) -> list[Contact]:
 
 def _meet(one: Face, other: Face) -> bool:
     """Return whether two faces in one plane have points in common: those inside the one that lie inside the other."""
-    first = np.cross(one.normal, np.eye(3)[np.argmin(np.abs(one.normal))])
-    across = np.array([first, np.cross(one.normal, first)]).T
+    across = turn_to(one.normal)[:, :2]
     return any(_is_any_inside(a.inside @ across, b.edges @ across) for a, b in ((one, other), (other, one)))
 
 

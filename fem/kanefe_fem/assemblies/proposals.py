@@ -13,6 +13,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.frames import turn_to
 from kanefe.joints.base import Joint
 from kanefe.joints.cylindrical import Cylindrical
 from kanefe.joints.fixed import Fixed
@@ -146,17 +147,13 @@ def _conditions(fits: list[Fit], contacts: list[Contact], centre: np.ndarray, si
     """Return rows on the twist (angular velocity times size, velocity of the centre) that the faces keep at zero."""
     rows = [np.zeros(6)]
     for fit in fits:
-        first = np.cross(fit.axis, np.eye(3)[np.argmin(np.abs(fit.axis))])
-        first /= np.linalg.norm(first)
-        for across in (first, np.cross(fit.axis, first)):
+        for across in turn_to(fit.axis).T[:2]:
             arm = np.cross((fit.point - centre) / size, across)
             rows += [np.concatenate([arm, across]), np.concatenate([across, np.zeros(3)])]
     for contact in contacts:
         normal = contact.normal
-        first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
-        first /= np.linalg.norm(first)
         rows.append(np.concatenate([np.cross((contact.point - centre) / size, normal), normal]))
-        rows += [np.concatenate([one, np.zeros(3)]) for one in (first, np.cross(normal, first))]
+        rows += [np.concatenate([one, np.zeros(3)]) for one in turn_to(normal).T[:2]]
     return np.array(rows)
 
 

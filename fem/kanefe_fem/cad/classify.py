@@ -6,6 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from kanefe.frames import turn_to
+from kanefe_fem import _gmsh
+
 GRID = 5
 """Points on a face along each of its two parameters."""
 
@@ -37,7 +40,7 @@ def samples(gmsh: Any, tag: int) -> Samples:
     grid = np.reshape(gmsh.model.getValue(2, tag, places), (-1, 3))
     normals = np.reshape(gmsh.model.getNormal(tag, places), (-1, 3))
     # before 4.9 the coordinates are always parameters, and nothing says so
-    how = (True,) if "parametric" in gmsh.model.isInside.__code__.co_varnames else ()
+    how = () if _gmsh.is_before(gmsh, 4, 9) else (True,)
     within = [gmsh.model.isInside(2, tag, place, *how) > 0 for place in np.reshape(places, (-1, 2)).tolist()]
     edges = []
     for _, edge in gmsh.model.getBoundary([(2, tag)], combined=False, oriented=False):
@@ -67,9 +70,7 @@ def kind_of_face(found: Samples, area: float, size: float) -> dict[str, Any]:
     if spread[0] > 1e-9 * spread[-1]:
         return {"kind": "other"}
     axis = directions[:, 0]  # all normals are across it
-    first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
-    first /= np.linalg.norm(first)
-    across = np.array([first, np.cross(axis, first)])
+    across = turn_to(axis).T[:2]
     plane = points @ across.T
     middle = plane.mean(axis=0)
     local = plane - middle  # far from the origin, squares lose digits

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +13,8 @@ import numpy as np
 
 from kanefe.errors import MeshError, ModelError, UnitWarning, did_you_mean, outside
 from kanefe.fe_model.places import SLACK, Place, PlaceLike, contained
-from kanefe_fem.cad.estimate import Estimate, estimate, refuse_if_too_large
+from kanefe_fem.cad._ocp import EXTRA
+from kanefe_fem.cad.estimate import estimate, refuse_if_too_large
 from kanefe_fem.cad.import_shapes import scale_of
 from kanefe_fem.cad.mesher import DELAUNAY, Job, Unmeshable, volumes_of
 from kanefe_fem.cad.shapes import Face, Shapes, Solid, by_name, name_of_colour
@@ -68,24 +69,39 @@ def opened_shapes(
     if most_seconds is not None and most_seconds <= 0.0:
         raise ModelError(f"most_seconds={most_seconds!r} must be > 0")
     scale, name, said = scale_of(path, unit)
-    if said:
-        warnings.warn(said, UnitWarning, stacklevel=outside())
     with OwnProcess(WORKER, path.name, most_seconds) as process:
         shapes: Shapes = process.ask("read", path.resolve(), scale, name, joined)
+        if said:
+            warnings.warn(said, UnitWarning, stacklevel=outside())
         largest = float(shapes.extent.max())
         if unit is None and not LEAST <= largest <= MOST * (1.0 + SLACK):
             raise ModelError(
                 f"{path.name} is {largest:.3g} m large, if its numbers are {name} as it says. Remedy: unit= the unit "
                 f"that its numbers have, one of {', '.join(UNITS)}; unit={name.split(', ')[0]!r} if it is really so"
             )
-        if shapes.healed:
-            warnings.warn(
-                f"{path.name} has faces that are not joined: gaps of up to {shapes.healed:.1g} m were closed to "
-                f"{len(shapes.solids)} solids of {sum(s.volume for s in shapes.solids):.6g} m^3. Check the volume",
-                MeshWarning,
-                stacklevel=outside(),
-            )
+        for told in _told(shapes, path.name):
+            warnings.warn(told, MeshWarning, stacklevel=outside())
         yield process, shapes
+
+
+def _told(shapes: Shapes, file: str) -> Iterator[str]:
+    """Yield what was done to the shapes of a file, and what of it is left out."""
+    if shapes.healed:
+        yield (
+            f"{file} has faces that are not joined: gaps of up to {shapes.healed:.1g} m were closed to "
+            f"{len(shapes.solids)} solids of {sum(s.volume for s in shapes.solids):.6g} m^3. Check the volume"
+        )
+    if shapes.left_out:
+        yield (
+            f"{file} has {shapes.left_out} surfaces beside its {len(shapes.solids)} solids, which are left out. "
+            "Remedy: if they are part of a body, sew them to a solid where the file was made"
+        )
+    if shapes.unread:
+        yield (
+            f"{file} names faces ({', '.join(map(repr, shapes.unread[:MOST_NAMES]))}"
+            f"{', ...' if len(shapes.unread) > MOST_NAMES else ''}), which only OCP reads. Remedy: {EXTRA}; or faces= "
+            "by place"
+        )
 
 
 def mesh_of_geometry(path: Path, order: int | None, cells: str | Sequence[str] | None, given: GeometryKeywords) -> Mesh:
@@ -114,6 +130,11 @@ def mesh_in(
     """Mesh some solids of a file that a process has open, with more groups of faces by their numbers."""
     order = 1 if order is None else order
     faces = faces_in_places(solids, given.get("faces") or {}, path.name)
+    if both := [name for name in faces if name in (more or {})]:
+        raise ModelError(
+            f"{path.name}: {both[0]!r} is a proposed joint, whose faces are a group already. Remedy: another name"
+        )
+    faces |= _by_name(solids, {*faces, *(more or {})})
     sizes, face_sizes = _sizes(shapes, solids, faces, path.name, order, given)
     found = estimate([s.volume for s in solids], [s.area for s in solids], [sizes[s.tag] for s in solids], order)
     refuse_if_too_large(found, list(sizes.values()), path.name)
@@ -165,6 +186,8 @@ def faces_in_places(solids: Sequence[Solid], places: Mapping[str, PlaceLike], fi
     found: dict[str, list[Face]] = {}
     owner: dict[int, str] = {}
     for name, place in places.items():
+        if not name:
+            raise ModelError(f"{file}: a group of faces has no name. Remedy: a name in faces=")
         if any(solid.name == name for solid in solids):
             raise ModelError(f"{file}: {name!r} is a part and cannot be a group of faces too. Remedy: another name")
         found[name] = [f for s in solids for f in s.faces if _lies_in(f, place, low, high, f"group {name!r}")]
@@ -199,6 +222,15 @@ def _nearest(solids: Sequence[Solid], place: PlaceLike) -> str:
     nearest = min(faces, key=lambda face: float(np.linalg.norm(face.points - np.array(point), axis=1).min()))
     at = ", ".join(f"{one:.4g}" for one in nearest.centre)
     return f" The nearest face has its middle at ({at}) m."
+
+
+def _by_name(solids: Sequence[Solid], taken: Collection[str]) -> dict[str, list[Face]]:
+    """Return the faces of each name in the file that is no part and none of those that are taken."""
+    found: dict[str, list[Face]] = {}
+    for face in (face for solid in solids for face in solid.faces):
+        if face.name and face.name not in taken and all(face.name != solid.name for solid in solids):
+            found.setdefault(face.name, []).append(face)
+    return found
 
 
 def _by_colour(solids: Sequence[Solid], taken: Mapping[str, object]) -> dict[str, list[Face]]:
@@ -260,11 +292,6 @@ def _sizes(
 def _proposal(solids: Sequence[Solid]) -> float:
     """Return a size that gives the thinnest solid about one cell of second order through its thickness."""
     return float(f"{min(2.0 * solid.volume / solid.area for solid in solids):.1g}")
-
-
-def estimate_of(solids: Sequence[Solid], size: float, order: int) -> Estimate:
-    """Return what a mesh of solids takes with one size for all."""
-    return estimate([s.volume for s in solids], [s.area for s in solids], [size] * len(solids), order)
 
 
 def _tell_lost_volume(mesh: Mesh, solids: Sequence[Solid], file: str) -> None:

@@ -11,16 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.errors import FileError, MeshError
+from kanefe.errors import FileError, MeshError, MissingDependency
+from kanefe_fem.cad import _ocp
 from kanefe_fem.cad.classify import kind_of_face, samples
 from kanefe_fem.cad.shapes import NAME_OF_NONE, Colour, Face, Shapes, Solid, names_of, without_noise
-from kanefe_fem.cad.step_text import UNITS, colours, name_of_unit, units_of_shapes
+from kanefe_fem.cad.step_text import UNITS, colours, decoded, name_of_unit, names_of_faces, units_of_shapes
 
 BREP = (".brep",)
 """Suffix of OpenCASCADE's own files, which name no unit."""
 
 CLOSED = (1e-6, 1e-5, 1e-4)
 """Gaps that healing closes, relative to the size of the part; the mass tells what that changes."""
+
+SAME = 1e-5
+"""Difference of area and of place, relative to the area and to the size of the part, of a face in two readers."""
 
 NO_COLOUR = (0, 0, 255, 0)
 """Red, green, blue and opacity that gmsh gives for an entity without a colour: numbers up to 255."""
@@ -43,12 +47,13 @@ def scale_of(path: Path, unit: str | None) -> tuple[float, str, str]:
     declared = units_of_shapes(path)
     names = ", ".join(map(name_of_unit, declared)) or "mm"
     if unit is None:
-        return 1e-3, names, ""
+        nothing = f"{path.name} names no unit of length and is read in mm. Remedy: unit='mm' if that is so, or another"
+        return 1e-3, names, "" if declared else nothing
     if len(declared) > 1:
         raise FileError(f"{path.name} has shapes in {names}: unit={unit!r} cannot replace both. Remedy: leave it out")
     ratio = UNITS[unit] / (declared[0] if declared else 1e-3)
     said = ""
-    if abs(ratio - 1.0) > 1e-9:
+    if declared and abs(ratio - 1.0) > 1e-9:
         said = f"{path.name} says {names} and is read in {unit}, as unit= asks: {ratio:.6g} times as large"
     return 1e-3 * ratio, unit, said
 
@@ -66,7 +71,7 @@ def import_shapes(gmsh: Any, path: Path) -> float:
     gmsh.option.setString("Geometry.OCCTargetUnit", "MM")
     gmsh.option.setNumber("Geometry.OCCImportLabels", 1)
     try:
-        found = gmsh.model.occ.importShapes(str(path))
+        found = gmsh.model.occ.importShapes(str(path), highestDimOnly=False)
         gmsh.model.occ.synchronize()
     except Exception as problem:
         raise FileError(
@@ -130,19 +135,33 @@ def _middle(gmsh: Any, edge: int) -> str:
     return ", ".join(f"{one:.6g}" for one in gmsh.model.getValue(1, edge, [(start + end) / 2.0]))
 
 
+def remove_surfaces(gmsh: Any) -> int:
+    """Remove surfaces that are part of no solid, and curves of no surface; return how many surfaces."""
+    alone = {
+        dimension: [one for one in gmsh.model.getEntities(dimension) if not len(gmsh.model.getAdjacencies(*one)[0])]
+        for dimension in (2, 1, 0)
+    }
+    for entities in alone.values():
+        gmsh.model.occ.remove(entities, recursive=True)
+    gmsh.model.occ.synchronize()
+    return len(alone[2])
+
+
 def survey(gmsh: Any, path: Path, scale: float, unit: str, healed: float) -> Shapes:
     """Return what is in the current model: solids and faces with all their numbers, in m."""
+    left_out = remove_surfaces(gmsh)
     tags = [tag for _, tag in gmsh.model.getEntities(3)]
     paths = [gmsh.model.getEntityName(3, tag) for tag in tags]
     if len(paths) == 1 and names_of(paths)[0][1] == NAME_OF_NONE:
         paths = [path.stem]
-    declared = colours(path) if path.suffix.lower() not in BREP else []
+    is_text = path.suffix.lower() not in BREP
+    declared, (named, unread) = (colours(path), _named_faces(path)) if is_text else ([], ([], ()))
     solids = []
     for tag, (name, product), where in zip(tags, names_of(paths), paths, strict=True):
         box = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
         size = float(np.linalg.norm(box[1] - box[0]))
         bounds = gmsh.model.getBoundary([(3, tag)], combined=False, oriented=False)
-        faces = tuple(_face(gmsh, face, size, scale, declared) for _, face in bounds)
+        faces = tuple(_face(gmsh, face, size, scale, declared, named) for _, face in bounds)
         volume = gmsh.model.occ.getMass(3, tag)
         centre = np.array(gmsh.model.occ.getCenterOfMass(3, tag))
         if not volume > 0.0:
@@ -165,24 +184,40 @@ def survey(gmsh: Any, path: Path, scale: float, unit: str, healed: float) -> Sha
                 faces=faces,
             )
         )
-    version = str(getattr(gmsh, "GMSH_API_VERSION", None) or gmsh.__version__)
-    return Shapes(tuple(solids), unit, scale, healed * scale, version)
+    return Shapes(tuple(solids), unit, scale, healed * scale, left_out, unread)
 
 
-def _face(gmsh: Any, tag: int, size: float, scale: float, declared: list[Colour]) -> Face:
+def _named_faces(path: Path) -> tuple[list[_ocp.NamedFace], tuple[str, ...]]:
+    """Return the faces that have names of their own, and the names that cannot be read without OCP."""
+    names = names_of_faces(path)
+    if not names:
+        return [], ()
+    try:
+        found = [face._replace(name=decoded(face.name)) for face in _ocp.named_faces(path)]
+    except MissingDependency:  # told by whoever asked for the shapes
+        return [], names
+    return [face for face in found if face.name in names], ()
+
+
+def _face(gmsh: Any, tag: int, size: float, scale: float, declared: list[Colour], named: list[_ocp.NamedFace]) -> Face:
     area = float(gmsh.model.occ.getMass(2, tag))
     found = samples(gmsh, tag)
     facts = kind_of_face(found, area, size)
     for name in {"point", "radius", "length"} & set(facts):
         facts[name] = facts[name] * scale
-    points = np.concatenate([found.edges.reshape(-1, 3), found.inside])
+    centre = np.array(gmsh.model.occ.getCenterOfMass(2, tag))
+    same = [
+        one.name
+        for one in named
+        if abs(one.area - area) < SAME * area and float(np.linalg.norm(one.centre - centre)) < SAME * size
+    ]
     return Face(
         tag=int(tag),
         area=area * scale**2,
-        centre=np.array(gmsh.model.occ.getCenterOfMass(2, tag)) * scale,
-        points=(points if len(points) else found.grid) * scale,
+        centre=centre * scale,
         edges=found.edges * scale,
-        inside=found.inside * scale,
+        inside=(found.inside if len(found.inside) or len(found.edges) else found.grid) * scale,
+        name=same[0] if same else "",
         colour=_colour(gmsh, 2, tag, declared),
         **facts,
     )

@@ -117,12 +117,7 @@ def _set_sizes(gmsh: Any, solids: list[Solid], job: Job, scale: float) -> None:
     gmsh.option.setNumber("Mesh.CharacteristicLengthMax", largest / scale)
     least = LEAST_SIZE * min([*job.sizes.values(), *job.face_sizes.values()])
     gmsh.option.setNumber("Mesh.CharacteristicLengthMin", least / scale if job.per_turn else 0.0)
-    is_new = tuple(int(one) for one in _gmsh.version(gmsh).split(".")[:2]) >= (4, 9)
-    if is_new:
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", job.per_turn)
-    elif job.per_turn:
-        gmsh.option.setNumber("Mesh.CharacteristicLengthFromCurvature", 1)
-        gmsh.option.setNumber("Mesh.MinimumElementsPerTwoPi", job.per_turn)
+    _gmsh.set_per_turn(gmsh, job.per_turn)
     fields = []
     for size in sorted({*job.sizes.values(), *job.face_sizes.values()}):
         inside = [solid.tag for solid in solids if job.sizes[solid.tag] == size]

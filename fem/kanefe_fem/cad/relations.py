@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.fe_model.shapes import quadrature, shape
+from kanefe_fem import _gmsh
 
 TRIANGLE6 = 9
 """Number of gmsh for triangles of order 2."""
@@ -55,12 +56,7 @@ def surfaces_of(gmsh: Any, size: float) -> dict[int, Surface]:
     """Return the surface of each solid, with sides of at most a size, and smaller ones on curved faces."""
     gmsh.option.setNumber("Mesh.CharacteristicLengthMax", size)
     gmsh.option.setNumber("Mesh.CharacteristicLengthMin", size / AROUND)
-    is_new = "parametric" in gmsh.model.isInside.__code__.co_varnames
-    if is_new:
-        gmsh.option.setNumber("Mesh.MeshSizeFromCurvature", AROUND)
-    else:
-        gmsh.option.setNumber("Mesh.CharacteristicLengthFromCurvature", 1)
-        gmsh.option.setNumber("Mesh.MinimumElementsPerTwoPi", AROUND)
+    _gmsh.set_per_turn(gmsh, AROUND)
     gmsh.model.mesh.generate(2)
     gmsh.model.mesh.setOrder(2)
     tags, coordinates, _ = gmsh.model.mesh.getNodes()

@@ -10,10 +10,8 @@ import numpy as np
 Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
 
-
-NAMELESS = ("=>[", "Open CASCADE STEP translator")
-"""Beginnings of what OpenCASCADE writes for parts without a name."""
-
+LABEL, NAMELESS = "=>[", "Open CASCADE STEP translator"
+"""Beginnings of what OpenCASCADE puts in place of names: of shapes within a part, of parts without one."""
 
 NAME_OF_NONE = "part"
 """Name of a part that has none in its file; numbers tell several apart."""
@@ -46,10 +44,10 @@ class Face:
         m^2.
     centre : ndarray, shape (3,)
         Centroid, m.
-    points : ndarray, shape (k, 3)
-        Points on its edges and inside it, m.
     edges, inside : ndarray, shape (e, k, 3) and (i, 3)
-        The same points apart, along each edge and inside, m.
+        Points along each edge, and inside it, m.
+    name : str
+        In the file; empty if it has none.
     colour : tuple of int, optional
         0 to 255.
     normal : ndarray, shape (3,)
@@ -66,9 +64,9 @@ class Face:
     kind: str
     area: float
     centre: np.ndarray
-    points: np.ndarray
     edges: np.ndarray
     inside: np.ndarray
+    name: str = ""
     colour: Colour | None = None
     normal: np.ndarray = field(default_factory=lambda: np.zeros(3))
     point: np.ndarray = field(default_factory=lambda: np.zeros(3))
@@ -76,6 +74,11 @@ class Face:
     length: float = 0.0
     angle: float = 0.0
     is_hole: bool = False
+
+    @property
+    def points(self) -> np.ndarray:
+        """Points on its edges and inside it, m, shape (k, 3)."""
+        return np.concatenate([self.edges.reshape(-1, 3), self.inside])
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,15 +139,18 @@ class Shapes:
         Of the millimetres of OpenCASCADE, m.
     healed : float
         Largest gap that was closed to make solids of faces, m; zero if none was.
-    gmsh : str
-        Its version.
+    left_out : int
+        Number of surfaces beside the solids that are part of none.
+    unread : tuple of str
+        Names of faces in the file that were not read, because the library for it is missing.
     """
 
     solids: tuple[Solid, ...]
     unit: str
     scale: float
     healed: float
-    gmsh: str
+    left_out: int
+    unread: tuple[str, ...]
 
     @property
     def extent(self) -> np.ndarray:
@@ -187,7 +193,9 @@ def _words(path: str) -> list[str]:
     """Return the names of a path without what exporters add: materials, kinds of shape, labels without name."""
     parts = [part.strip() for part in path.split(" & ")[0].split("/")]
     parts = parts[1:] if parts[:1] == ["Shapes"] else parts
-    return [part for part in parts if part and not part.startswith(NAMELESS) and part not in {"SOLID", "COMPOUND"}]
+    parts = [part for part in parts if part and not part.startswith(LABEL) and part not in {"SOLID", "COMPOUND"}]
+    is_number = [part.isdigit() and part is not parts[-1] for part in parts]  # of an instance that has no name
+    return [part for part, left in zip(parts, is_number, strict=True) if not left and not part.startswith(NAMELESS)]
 
 
 def _numbered(name: str, taken: set[str], start: int) -> str:

@@ -1,4 +1,4 @@
-"""What the text of a STEP file says: the units of its shapes, and its colours."""
+"""What the text of a STEP file says: the units of its shapes, its colours, and names of faces."""
 
 from __future__ import annotations
 
@@ -15,6 +15,11 @@ _PREFIXES = {"$": 1.0, ".MICRO.": 1e-6, ".MILLI.": 1e-3, ".CENTI.": 1e-2, ".DECI
 _SHAPES = ("ADVANCED_BREP_SHAPE_REPRESENTATION", "MANIFOLD_SURFACE_SHAPE_REPRESENTATION", "SHAPE_REPRESENTATION")
 _STRING = re.compile(r"'(?:[^']|'')*'")
 _NUMBER = r"([-+0-9.Ee]+)"
+_NAMED_FACE = re.compile(r"\bADVANCED_FACE\s*\(\s*'((?:[^']|'')*)'")
+_WIDE, _NARROW = re.compile(r"\\X2\\([0-9A-Fa-f]*)\\X0\\"), re.compile(r"\\X\\([0-9A-Fa-f]{2})")
+NO_NAME = ("", "NONE", "$")
+"""What exporters write as the name of a face that has none."""
+
 _COLOUR = re.compile(rf"COLOUR_RGB\s*\([^,]*,\s*{_NUMBER}\s*,\s*{_NUMBER}\s*,\s*{_NUMBER}\s*\)")
 
 
@@ -87,3 +92,16 @@ def colours(path: Path) -> list[tuple[int, int, int]]:
     """Return the colours that a STEP file declares by numbers, 0 to 255."""
     found = _COLOUR.findall(path.read_text(encoding="latin-1"))
     return list(dict.fromkeys(tuple(round(255.0 * float(one)) for one in each) for each in found))  # type: ignore[misc]
+
+
+def names_of_faces(path: Path) -> tuple[str, ...]:
+    """Return the names that a STEP file gives to its faces, each once; none if one name is that of most of them."""
+    given = [decoded(name) for name in _NAMED_FACE.findall(path.read_text(encoding="latin-1"))]
+    found = [name for name in dict.fromkeys(given) if name.upper() not in NO_NAME]
+    return tuple(name for name in found if given.count(name) <= max(1, len(given) // 2))
+
+
+def decoded(name: str) -> str:
+    """Return a text of a STEP file with its doubled quotes and coded letters replaced (ISO 10303-21)."""
+    name = _WIDE.sub(lambda code: bytes.fromhex(code[1]).decode("utf-16-be"), name.replace("''", "'"))
+    return _NARROW.sub(lambda code: bytes.fromhex(code[1]).decode("latin-1"), name).strip()

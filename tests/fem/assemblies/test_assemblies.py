@@ -76,6 +76,12 @@ def test_materials_by_part_and_for_all_others(tmp_path):
     assert densities == {"fork": 2700.0, "arm": 2700.0, "pin": STEEL.rho}
 
 
+def test_a_group_of_faces_cannot_have_the_name_of_a_joint(tmp_path):
+    tip = {"pin in arm": kf.OnPlane((0.054, 0, 0), (1, 0, 0))}
+    with pytest.raises(ModelError, match="'pin in arm' is a proposed joint, whose faces are a group already"):
+        assembly_of("hinge", tmp_path, materials=STEEL, flexible=["arm"], size=0.02, faces=tip, overlaps=False)
+
+
 def test_what_does_not_fit_is_told(tmp_path):
     path = write_step(
         tmp_path / "odd.step",

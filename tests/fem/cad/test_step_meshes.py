@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +117,52 @@ def test_faces_of_a_colour_are_a_group(tmp_path):
     assert "#3399ff" in mesh.facets  # the other faces of the solid
 
 
+def test_names_of_faces_are_groups_where_their_library_is_installed(tmp_path):
+    """On one side of a door that most machines do not have, and on the other."""
+    path = write_step(tmp_path / "plate.step", plate, faces=("root", "", "top"))
+    if find_spec("OCP") is None:
+        with pytest.warns(MeshWarning, match=r"names faces \('root', 'top'\), which only OCP reads. .*kanefe\[cad\]"):
+            assert not read_mesh(path, size=0.02).facets
+        return
+    mesh = read_mesh(path, size={"*": 0.02, "top": 0.004})
+    assert set(mesh.facets) == {"root", "top"}
+    assert mesh.nodes[np.unique(mesh.facets["root"][0].nodes), 0] == pytest.approx(0.0, abs=1e-12)
+    assert len(mesh.facets["top"][0].nodes) > 100  # its size is taken
+
+
+def test_names_of_faces_follow_the_parts_of_an_assembly(tmp_path):
+    pytest.importorskip("OCP", reason="kanefe[cad]")
+    path = write_step(tmp_path / "boxes.step", two_boxes, names=("long", "cube"), faces=("left", "right"))
+    mesh = read_mesh(path, size=0.01, cells="long")
+    assert {name: float(np.ptp(mesh.nodes[blocks[0].nodes][..., 0])) for name, blocks in mesh.facets.items()} == {
+        "left": pytest.approx(0.0, abs=1e-12),
+        "right": pytest.approx(0.0, abs=1e-12),
+    }
+
+
+def test_surfaces_beside_solids_are_told_and_left_out(tmp_path):
+    path = write_step(tmp_path / "stray.step", lambda occ: (two_boxes(occ), occ.addRectangle(50, 0, 0, 10, 10)))
+    with pytest.warns(MeshWarning, match=r"has 1 surfaces beside its 2 solids, which are left out"):
+        mesh = read_mesh(path, size=0.01, joined=True)
+    assert mesh.nodes[:, 0].max() == pytest.approx(0.02)
+
+
+def test_a_file_without_a_unit_says_so(step):
+    path = step.with_name("unitless.step")
+    path.write_text(re.sub(r"GLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(.*?\)\s*\)", "", step.read_text(), flags=re.DOTALL))
+    with pytest.warns(UnitWarning, match=r"names no unit of length and is read in mm. Remedy: unit='mm' if"):
+        mesh = read_mesh(path, size=0.02)
+    assert np.ptp(mesh.nodes[:, 0]) == pytest.approx(0.1, rel=1e-9)
+
+
+@pytest.mark.parametrize("content", ["", "solid a", "half"])
+def test_files_that_are_no_step_are_refused(step, tmp_path, content):
+    path = tmp_path / "part.step"
+    path.write_text(step.read_text()[:9000] if content == "half" else content)
+    with pytest.raises(FileError, match=r"cannot read part\.step.*Remedy: export it again"):
+        read_mesh(path, size=0.02)
+
+
 def test_gaps_between_faces_are_closed_and_told(tmp_path):
     path = write_step(tmp_path / "loose.step", lambda occ: loose_faces(occ, gap=1e-6))
     with pytest.warns(MeshWarning, match=r"not joined: gaps of up to .* 1 solids of 6e-06 m\^3"):
@@ -164,6 +212,7 @@ def test_the_estimate_is_near_the_mesh(step, order):
     [
         ({"faces": {"far": kf.Near((1, 0, 0), 0.01)}}, "no whole face lies in .* The nearest face has its middle at"),
         ({"faces": {"a": lambda x: x[:, 0] < 1e-6, "b": lambda x: x[:, 0] < 2e-6}}, "in two groups, 'a' and 'b'"),
+        ({"faces": {"": kf.OnPlane((0, 0, 0), (1, 0, 0))}}, "a group of faces has no name"),
         ({"faces": {"plate": lambda x: x[:, 0] < 1e-6}}, "'plate' is a part and cannot be a group of faces"),
         ({"size": {"plaat": 0.01, "*": 0.02}}, "names 'plaat'.*Did you mean 'plate'"),
         ({"size": {}}, "has none for 'plate'"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from kanefe_fem.cad.shapes import names_of
-from kanefe_fem.cad.step_text import colours, name_of_unit, units_of_shapes
+from kanefe_fem.cad.step_text import colours, name_of_unit, names_of_faces, units_of_shapes
 
 TEXT = """ISO-10303-21;
 DATA;
@@ -46,7 +46,22 @@ def test_equal_parts_are_told_apart_by_instance_or_number():
         "Shapes/press/lid/=>[0:1:1:3]/SOLID",
         "",
         "Shapes/Open CASCADE STEP translator 7.6 1.2",
+        "Shapes/press/8/Open CASCADE STEP translator 7.6 5.1",
+        "Shapes/press/3/eye",
+        "Shapes/press/4/eye",
     ]
     names = names_of(paths)
-    assert [name for name, _ in names] == ["arm", "pin_1", "pin_2", "bolt 1", "bolt 2", "lid", "part 1", "part 2"]
-    assert [product for _, product in names] == ["arm", "pin", "pin", "bolt", "bolt", "lid", "part", "part"]
+    parts = ["arm", "pin_1", "pin_2", "bolt 1", "bolt 2", "lid", "part 1", "part 2", "part 3", "eye 1", "eye 2"]
+    assert [name for name, _ in names] == parts
+    products = ["arm", "pin", "pin", "bolt", "bolt", "lid", "part", "part", "part", "eye", "eye"]
+    assert [product for _, product in names] == products
+    assert names_of(["Shapes/11752"]) == [("11752", "11752")]
+
+
+def test_names_of_faces_are_decoded_and_those_that_say_nothing_left_out(tmp_path):
+    path = tmp_path / "part.step"
+    given = ("root", "", "NONE", "B\\X2\\00F600DF\\X0\\e''s", "\\X\\C4rm")
+    path.write_text("".join(f"#{i} = ADVANCED_FACE ( '{name}',(#9),#8,.T.);\n" for i, name in enumerate(given)))
+    assert names_of_faces(path) == ("root", "B\u00f6\u00dfe's", "\u00c4rm")
+    path.write_text("#1=ADVANCED_FACE('SHAPE',(#9),#8,.T.);\n" * 3 + "#1=ADVANCED_FACE('',(#9),#8,.T.);")
+    assert names_of_faces(path) == ()
