@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from kanefe.imports import read_sid as read_sid
     from kanefe.imports import write_matrices as write_matrices
     from kanefe.imports import write_sid as write_sid
+    from kanefe.imports import write_superelement as write_superelement
     from kanefe.imports.from_matrices import model_from_matrices as model_from_matrices
     from kanefe.instants.instant import Instant as Instant
     from kanefe.integrate.events.event import Event as Event

@@ -109,6 +109,13 @@ def view(
         typer.echo(f"written: {result.to_html(to)}")
 
 
+def skill() -> None:
+    """Print recipes for coding assistants: imports, units, frames, ten scenes, how to check an answer."""
+    from kanefe.skill import recipes
+
+    typer.echo(recipes())
+
+
 def _print_version(is_asked: bool) -> None:
     if is_asked:
         version()
@@ -165,7 +172,15 @@ def main() -> None:
     app.callback()(options)
     given = {command.name: command.load() for command in entry_points(group=COMMANDS)}
     first = {name: given.pop(name) for name in FIRST if name in given}
-    own = {"new": new, "view": view, "doctor": doctor, "prepare": prepare, "verify": verify, "stress": stress}
+    own = {
+        "new": new,
+        "view": view,
+        "doctor": doctor,
+        "prepare": prepare,
+        "verify": verify,
+        "stress": stress,
+        "skill": skill,
+    }
     for name, command in {**first, **own, **given, "version": version}.items():
         app.command(name)(command)
     of_cache = typer.Typer(

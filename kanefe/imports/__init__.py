@@ -12,3 +12,4 @@ from kanefe.imports.npz import read_matrices as read_matrices
 from kanefe.imports.npz import write_matrices as write_matrices
 from kanefe.imports.sid import read_sid as read_sid
 from kanefe.imports.sid import write_sid as write_sid
+from kanefe.imports.superelement import write_superelement as write_superelement

@@ -19,7 +19,7 @@ from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import FileError, KanefeError, ModelError
 from kanefe.fe_model.model import NodeGroup
 from kanefe.imports.from_matrices import NodalFormWarning
-from steel_beams import steel_beam
+from steel_beams import craig_bampton, steel_beam
 
 FULL = steel_beam(20)
 ENDS = [0, 20]
@@ -27,22 +27,9 @@ LABELS = np.array([7, 1003])
 MODES = 12
 
 
-def craig_bampton(boundary: list[int], modes: int) -> np.ndarray:
-    """Shapes of the beam (N, K) from its boundary nodes and its modes with these held, by dense algebra."""
-    held = np.add.outer(6 * np.array(boundary), np.arange(6)).ravel()
-    inner = np.setdiff1d(np.arange(FULL.size), held)
-    K, M = FULL.stiffness.toarray(), FULL.mass.toarray()
-    _, shapes = scipy.linalg.eigh(K[np.ix_(inner, inner)], M[np.ix_(inner, inner)], subset_by_index=(0, modes - 1))
-    T = np.zeros((FULL.size, len(held) + modes))
-    T[held, range(len(held))] = 1.0
-    T[inner, : len(held)] = -np.linalg.solve(K[np.ix_(inner, inner)], K[np.ix_(inner, held)])
-    T[inner, len(held) :] = shapes
-    return T
-
-
 def superelement(boundary: list[int] = ENDS, modes: int = MODES) -> kf.FiniteElementModel:
     """The superelement as matrices, without a file."""
-    T = craig_bampton(boundary, modes)
+    T = craig_bampton(FULL, boundary, modes)
     with pytest.warns(NodalFormWarning, match=f"superelement with {modes} generalised coordinates"):
         return kf.model_from_matrices(
             T.T @ FULL.mass @ T,
@@ -179,7 +166,7 @@ def test_units_of_a_superelement(tmp_path: Path) -> None:
 
 
 def test_rigid_motions_are_not_for_generalised_coordinates() -> None:
-    T = np.hstack((craig_bampton(ENDS, 2), FULL.rigid_modes()[:, :1]))
+    T = np.hstack((craig_bampton(FULL, ENDS, 2), FULL.rigid_modes()[:, :1]))
     with pytest.raises(ModelError, match="leave rigid motions out of the generalised coordinates"):
         kf.model_from_matrices(
             T.T @ FULL.mass @ T + np.diag(np.append(np.zeros(14), 1.0)),
@@ -199,7 +186,7 @@ def moments(model: kf.FiniteElementModel, shapes: np.ndarray) -> MassMoments:
 @pytest.mark.parametrize("boundary", [ENDS, [0]], ids=["both ends", "one end"])
 def test_inertia_is_that_of_the_full_model_as_far_as_the_matrices_hold_it(boundary: list[int]) -> None:
     model = superelement(boundary)
-    shapes = craig_bampton(boundary, MODES)
+    shapes = craig_bampton(FULL, boundary, MODES)
     exact = moments(FULL, shapes)
     ours = moments(model, np.eye(model.size))
     for name in ("mass", "first", "second", "shape_first", "elastic_mass"):

@@ -21,6 +21,7 @@ DOORS = {
     "petsc4py": {"fem/kanefe_fem/_fenicsx.py", "fem/kanefe_fem/_petsc.py"},
     "slepc4py": set(),
     "gmsh": {"fem/kanefe_fem/_gmsh.py"},
+    "OCP": {"fem/kanefe_fem/cad/_ocp.py"},
     "meshio": {"fem/kanefe_fem/_meshio.py"},
     "matplotlib": {"kanefe/views/plots.py"},
     "evtk": {"kanefe/views/vtk.py"},

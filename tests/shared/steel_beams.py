@@ -2,6 +2,9 @@
 
 from typing import Any
 
+import numpy as np
+import scipy.linalg
+
 import kanefe as kf
 from kanefe_fem.beams.body import beam_body, straight_beam
 from kanefe_fem.beams.sections import Rectangle
@@ -14,6 +17,19 @@ BAR_LENGTH = 0.3
 def steel_beam(elements: int = 20, **options: Any) -> kf.FiniteElementModel:
     """Return the beam of 1 m; options of `straight_beam`."""
     return straight_beam(1.0, Rectangle(0.02, 0.03), STEEL, elements=elements, **options)
+
+
+def craig_bampton(full: kf.FiniteElementModel, boundary: list[int], modes: int) -> np.ndarray:
+    """Return shapes of a beam (N, K) from its boundary nodes and its modes with these held, by dense algebra."""
+    held = np.add.outer(6 * np.array(boundary), np.arange(6)).ravel()
+    inner = np.setdiff1d(np.arange(full.size), held)
+    K, M = full.stiffness.toarray(), full.mass.toarray()
+    _, shapes = scipy.linalg.eigh(K[np.ix_(inner, inner)], M[np.ix_(inner, inner)], subset_by_index=(0, modes - 1))
+    T = np.zeros((full.size, len(held) + modes))
+    T[held, range(len(held))] = 1.0
+    T[inner, : len(held)] = -np.linalg.solve(K[np.ix_(inner, inner)], K[np.ix_(inner, held)])
+    T[inner, len(held) :] = shapes
+    return T
 
 
 def steel_bar(width: float = 0.01, height: float = 0.02, *, gravity: float = 9.81, **options: Any) -> kf.System:

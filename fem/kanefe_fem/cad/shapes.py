@@ -194,8 +194,10 @@ def _words(path: str) -> list[str]:
     parts = [part.strip() for part in path.split(" & ")[0].split("/")]
     parts = parts[1:] if parts[:1] == ["Shapes"] else parts
     parts = [part for part in parts if part and not part.startswith(LABEL) and part not in {"SOLID", "COMPOUND"}]
-    is_number = [part.isdigit() and part is not parts[-1] for part in parts]  # of an instance that has no name
-    return [part for part, left in zip(parts, is_number, strict=True) if not left and not part.startswith(NAMELESS)]
+    named = [part for part in parts[:-1] if not part.isdigit() and not part.startswith(NAMELESS)]  # no bare numbers
+    if parts and parts[-1].startswith(NAMELESS):  # the instance may have a name
+        return named if named and named[-1] == parts[-2] else []
+    return [*named, *parts[-1:]]
 
 
 def _numbered(name: str, taken: set[str], start: int) -> str:

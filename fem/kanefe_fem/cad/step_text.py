@@ -18,7 +18,7 @@ _NUMBER = r"([-+0-9.Ee]+)"
 _NAMED_FACE = re.compile(r"\bADVANCED_FACE\s*\(\s*'((?:[^']|'')*)'")
 _WIDE, _NARROW = re.compile(r"\\X2\\([0-9A-Fa-f]*)\\X0\\"), re.compile(r"\\X\\([0-9A-Fa-f]{2})")
 NO_NAME = ("", "NONE", "$")
-"""What exporters write as the name of a face that has none."""
+"""Names that exporters write for a face that has none."""
 
 _COLOUR = re.compile(rf"COLOUR_RGB\s*\([^,]*,\s*{_NUMBER}\s*,\s*{_NUMBER}\s*,\s*{_NUMBER}\s*\)")
 
