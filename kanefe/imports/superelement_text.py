@@ -15,7 +15,7 @@ SYMMETRIC, DOUBLE = 6, 2
 """Numbers of Nastran for the form and the numbers of a matrix."""
 
 FIRST_MODE = 1001
-"""Least label of a scalar point of Nastran, and of a node of Abaqus, that carries a mode."""
+"""Least number of a scalar point of Nastran, and of a node of Abaqus, that carries a mode."""
 
 STEP = 1.0
 """Time between the two rows of loads of OpenFAST, which are zero, s."""

@@ -38,7 +38,7 @@ ROOMS = {
     "kernels": 31915,
     "integrate": 11245,
     "linear": 10700,
-    "imports": 7808,
+    "imports": 8113,
     "kane": 2078,
     "literal": 1270,
     "order_n": 4735,

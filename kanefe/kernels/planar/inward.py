@@ -179,8 +179,7 @@ def sweep_accelerations(
                 force_x = work[i, FORCE] + work[i, M] * a_x + work[i, M + 1] * a_y + h_x * alpha
                 force_y = work[i, FORCE + 1] + work[i, M + 1] * a_x + work[i, M + 2] * a_y + h_y * alpha
                 needed = axis_x * force_x + axis_y * force_y
-            needed += geometry[i, ARMATURE] * drives[drive, 2] - applied[speed]
-            power += needed * drives[drive, 1]
+            power += (needed + geometry[i, ARMATURE] * drives[drive, 2] - applied[speed]) * drives[drive, 1]
         elif kind == TURN:
             alpha = work[i, REST] - work[i, U] * work[parent, ACCELERATION]
             alpha = alpha - work[i, U + 1] * work[parent, ACCELERATION + 1] - work[i, U + 2] * carried
