@@ -192,6 +192,9 @@ def multiply(e_ab: Vector, e_bc: Vector) -> Vector:
 
     Also row by row, (n, 4); a single row is combined with all.
     """
+    if e_bc.ndim == 2 and len(e_bc) == 1 < len(e_ab):
+        b0, b1, b2, b3 = e_bc[0].tolist()
+        return e_ab @ np.array(((b0, b1, b2, b3), (-b1, b0, -b3, b2), (-b2, b3, b0, -b1), (-b3, -b2, b1, b0)))
     a0, a1, a2, a3 = e_ab.T
     b0, b1, b2, b3 = e_bc.T
     return np.array(

@@ -15,6 +15,7 @@ from kanefe.frames import (
     euler_parameters_from_matrix,
     multiply,
 )
+from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.evaluation.momenta import Balance
 from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.loads.telling import States
@@ -33,6 +34,9 @@ from kanefe.tree.run_sweeps import FrameMotions, OutputFunction
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
+
+MOST_NUMBERS = 2**16
+"""Number of numbers of motions that are found at once: as many as processors keep near."""
 
 
 class Sweeps:
@@ -70,7 +74,9 @@ class Sweeps:
 
     @cached_property
     def _moving(self) -> np.ndarray:
-        return self._motions(np.zeros((0, self._route.model.free_count)), 18)
+        """How all rows move; with accelerations if these are known by now."""
+        known = self.__dict__.get("_accelerated")
+        return self._motions(np.zeros((0, self._route.model.free_count)), 18) if known is None else known
 
     @cached_property
     def _accelerated(self) -> np.ndarray:
@@ -78,9 +84,16 @@ class Sweeps:
         return self._motions(np.ascontiguousarray(self.rates[:, n : n + m]), 24)
 
     def _motions(self, rates: np.ndarray, width: int) -> np.ndarray:
-        scene = self.placed[1]
-        found = np.empty((len(self._times), len(scene.tables.rows), width))
-        motions_of_rows(scene, self._drives, self._states, rates, found, np.empty(memory_size(scene)))
+        """Return how all rows move, (rows, T, width): what is read of a row at all times lies side by side."""
+        scene, T = self.placed[1], len(self._times)
+        rows = len(scene.tables.rows)
+        put = motions_of_rows.bound(scene, *(LATER,) * 4, np.empty(memory_size(scene)))
+        found, count = np.empty((rows, T, width)), 1 + MOST_NUMBERS // (1 + rows * width)
+        for first in range(0, T, count):
+            now = slice(first, min(first + count, T))
+            of_states = np.empty((now.stop - first, rows, width))
+            put(self._drives[now], self._states[now], rates[now], of_states)
+            found[:, now] = of_states.swapaxes(0, 1)
         return found
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
@@ -91,29 +104,37 @@ class Sweeps:
             return FrameMotions(
                 np.tile(frame_offset.place, (T, 1)), np.tile(frame_offset.axes, (T, 1, 1)), none, none, none, none
             )
-        rows = (self._accelerated if is_accelerated else self._moving)[:, frame_offset.row]
-        p, v, w = rows[:, :3], rows[:, 12:15], rows[:, 15:18]
-        axes = rows[:, 3:12].reshape(T, 3, 3)
-        a, alpha = (rows[:, 18:21], rows[:, 21:24]) if is_accelerated else (None, None)
+        found = self._row(frame_offset.row, is_accelerated)
+        if frame_offset.is_row:
+            return found
+        p, axes, v, w, a, alpha = found
+        rows = axes.reshape(-1, 3)  # of all matrices, of which one product is faster than T small ones
         if frame_offset.place.any():
-            lever = axes @ frame_offset.place
+            lever = (rows @ frame_offset.place).reshape(T, 3)
             swing = cross(w, lever)
             p, v = p + lever, v + swing
             if a is not None and alpha is not None:
                 a = a + cross(alpha, lever) + cross(w, swing)
-        if not np.array_equal(frame_offset.axes, np.eye(3)):
-            axes = axes @ frame_offset.axes
-        return FrameMotions(p, axes, v, w, a, alpha)
+        return FrameMotions(p, (rows @ frame_offset.axes).reshape(T, 3, 3), v, w, a, alpha)
+
+    def _row(self, row: int, is_accelerated: bool = False) -> FrameMotions:
+        """Return the motion of a row: places of what the kernel has written; axes alone are copied."""
+        x = (self._accelerated if is_accelerated else self._moving)[row]
+        a, alpha = (x[:, 18:21], x[:, 21:24]) if is_accelerated else (None, None)
+        return FrameMotions(x[:, :3], x[:, 3:12].reshape(-1, 3, 3), x[:, 12:15], x[:, 15:18], a, alpha)
 
     def rotation(self, number: int, interface: InterfaceFrame | None) -> Matrix:
         """Return the Euler parameters of a frame, (T, 4), continuous in the coordinates of the joints."""
-        frame_offset = self.frame_offset(number, interface)
-        e = multiply(self._turn(frame_offset.row), euler_parameters_from_matrix(frame_offset.axes)[None])
-        if len(e) < len(self._times):  # nothing turns
-            e = np.tile(e, (len(self._times), 1))
+        frame_offset, T = self.frame_offset(number, interface), len(self._times)
+        e = self._turn(frame_offset.row)
+        if not frame_offset.is_row:
+            e = multiply(e, euler_parameters_from_matrix(frame_offset.axes)[None])
+        if len(e) < T:  # nothing turns
+            e = np.tile(e, (T, 1))
         e = e / np.linalg.norm(e, axis=1)[:, None]
-        first = euler_parameters_from_matrices(self.frame(number, interface).axes[:1])
-        return -e if float(e[0] @ first[0]) < 0.0 else e
+        first = self._row(frame_offset.row).axes[0] if frame_offset.row >= 0 else np.eye(3)
+        is_other = float(e[0] @ euler_parameters_from_matrix(first @ frame_offset.axes)) < 0.0
+        return -e if is_other else e
 
     def _turn(self, row: int) -> Matrix:
         """Return the Euler parameters of a row: those of its links, which know how often they have turned."""
@@ -140,11 +161,12 @@ class Sweeps:
             if not about:
                 return e
             angle = about * (self._drives[:, link.drive, 0] if link.drive >= 0 else self._states[:, link.coordinate])
-            zero = np.zeros_like(angle)
-            return multiply(e, np.column_stack((np.cos(0.5 * angle), zero, zero, np.sin(0.5 * angle))))
+            c, s = np.cos(0.5 * angle), np.sin(0.5 * angle)
+            e0, e1, e2, e3 = e.T
+            return np.array((e0 * c - e3 * s, e1 * c + e2 * s, e2 * c - e1 * s, e3 * c + e0 * s)).T  # about z
         # an interface, or a link whose function gives its axes: turns that are looked up
-        here = self._moving[:, row, 3:12].reshape(-1, 3, 3)
-        before = self._moving[:, link.parent, 3:12].reshape(-1, 3, 3) if link.parent >= 0 else np.eye(3)[None]
+        here = self._row(row).axes
+        before = self._row(link.parent).axes if link.parent >= 0 else np.eye(3)[None]
         own = euler_parameters_from_matrices((before @ axes).transpose(0, 2, 1) @ here)
         own[1:] *= np.cumprod(np.where(np.sum(own[1:] * own[:-1], axis=1) < 0.0, -1.0, 1.0))[:, None]
         return multiply(e, own)

@@ -95,7 +95,9 @@ def tables_of(result: Reader, forces: bool, what: str) -> Tables:
     # without forces their errors, which are told beside them, are not asked for
     read = result.read if forces else partial(QuantityReader.read, result)
     tables: Tables = {}
-    for quantity, name, face, part in long_work(what, saved_keys(map(result.body, result.bodies), result, forces)):
+    keys = saved_keys(map(result.body, result.bodies), result, forces)
+    keys.sort(key=lambda key: key[0] != "acceleration")  # with accelerations, all that frames do is known
+    for quantity, name, face, part in long_work(what, keys):
         array = read(quantity, name, face or None, part or None)
         columns, arrays = tables.setdefault(quantity, ([], []))
         columns.append(Column(name, face, part, list(array.shape[1:]), result.units(quantity, name or None)))

@@ -208,13 +208,13 @@ class RunChannels:
             return {key: np.sum(parts, axis=0) / sum(masses.values())}
         frame = self.swept.frame(*self._frame(body, ""))
         local = self._local_centres(self.model.index(body))
-        return {key: frame.position + (frame.axes @ local[:, :, None])[:, :, 0]}
+        return {key: frame.position + np.einsum("tij,tj->ti", frame.axes, local)}
 
     def _local_centres(self, number: int) -> np.ndarray:
         """Return the centre of mass of a body in its frame, (T, 3)."""
         terms = self.model.bodies[number].flexible
         if terms is None:
-            return np.tile(self.bodies[number].com, (len(self.times), 1))
+            return np.broadcast_to(self.bodies[number].com, (len(self.times), 3))
         if isinstance(terms.free_moments, (MassMoments, BeamInertia)):
             eta = self.trajectory.coordinates[:, terms.eta]
             return terms.free_moments.first_moments(eta) / float(terms.free_moments.mass)
@@ -362,7 +362,7 @@ def _coupled(model: Model, constraint: Constraint) -> tuple[str, ...]:
 
 def _in_axes(axes: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     """Return vectors in N (T, 3) in components of frames with the axes A_NF (T, 3, 3)."""
-    return np.asarray((vectors[:, None, :] @ axes)[:, 0])
+    return np.einsum("ti,tij->tj", vectors, axes)
 
 
 def _local_centre(state: SceneState, number: int) -> np.ndarray:
