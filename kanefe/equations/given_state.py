@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 
 
-@runtime_checkable
 class AtOneTime(Protocol):
     """The state of a scene at one time: a `SceneState`, an `Equilibrium`, or ``result.at(t)``."""
 
@@ -25,23 +24,28 @@ class AtOneTime(Protocol):
     z: Vector
 
 
+def is_at_one_time(start: object) -> TypeGuard[AtOneTime]:
+    """Return whether a state keeps that protocol: by its attributes, which takes less time than `isinstance`."""
+    return all(hasattr(start, name) for name in AtOneTime.__annotations__)
+
+
 Start = object
 """A state: an `AtOneTime`, or a vector (q, u) or (q, u, z) in the order of `Model.state_names`."""
 
 
 def time_of(start: object, default: float = 0.0) -> float:
     """Return the time of a state, s; for a vector the default."""
-    return float(start.time) if isinstance(start, AtOneTime) else default
+    return float(start.time) if is_at_one_time(start) else default
 
 
 def slack_time(start: object, t: float) -> float:
     """Return the time at whose start springs without a rest length are slack: that of the scene of a given state."""
-    return start.model.slack_time if isinstance(start, AtOneTime) else t
+    return start.model.slack_time if is_at_one_time(start) else t
 
 
 def knows_states(model: Model, start: object) -> bool:
     """Return whether a state contains all internal states of a model, so that none is taken from the model's start."""
-    if isinstance(start, AtOneTime):
+    if is_at_one_time(start):
         return set(model.internal_names()) <= set(start.model.internal_names())
     return numbers(start).shape == model.initial_state.shape
 
@@ -76,7 +80,7 @@ def given_state(model: Model, t: object, start: object, what: str) -> tuple[floa
 def _vector(model: Model, start: object, what: str) -> Vector:
     if start is None:
         return model.initial_state
-    if isinstance(start, AtOneTime):
+    if is_at_one_time(start):
         return _by_name(model, start, what)
     y = numbers(start).astype(float)
     if not y.shape:
@@ -98,6 +102,8 @@ def _vector(model: Model, start: object, what: str) -> Vector:
 
 def _by_name(model: Model, start: AtOneTime, what: str) -> Vector:
     old = start.model
+    if old.bodies is model.bodies:  # of the same scene
+        return np.concatenate((start.q, start.u, start.z))
     y = model.initial_state.copy()
     q, u, z = model.parts(y)
     full = old.all_speeds(start.time, start.u)
