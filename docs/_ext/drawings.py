@@ -33,6 +33,7 @@ OWN = {
     "31_cable_car": "cable_car.png",
     "32_crank_from_cad": "crank_from_cad.png",
     "36_constrained_layer": "constrained_layer.png",
+    "37_fan_blade_of_sheet": "fan_blade.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

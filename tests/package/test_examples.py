@@ -16,6 +16,7 @@ NEED_MESH = {
     "28_blade_cut_in_twelve",
     "32_crank_from_cad",
     "36_constrained_layer",
+    "37_fan_blade_of_sheet",
 }
 LONG = {
     "10_rotating_blade",
@@ -32,6 +33,7 @@ LONG = {
     "31_cable_car",
     "32_crank_from_cad",
     "36_constrained_layer",
+    "37_fan_blade_of_sheet",
 }
 """Of more than a second."""
 
