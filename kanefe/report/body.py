@@ -63,9 +63,24 @@ def _summary(body: FlexibleBody, modes: BodyModes | None) -> list[Block]:
         Paragraph(
             f"{len(body.nodes)} nodes, {len(body.nodes) * len(body.components)} degrees of freedom, "
             f"{body.free_count} free coordinates{first}. Mass {body.mass:.6g} kg. The body {held}. "
-            f"Units: {body.units}; components in the mesh frame G."
+            f"Units: {body.units}; components in the mesh frame G.{_losses(body)}"
         )
     ]
+
+
+def _losses(body: FlexibleBody) -> str:
+    """Return sentences on what relaxes in a body, and on its structural damping."""
+    found, relaxation = "", body.relaxation
+    if relaxation is not None:
+        least, most = relaxation.times.min(), relaxation.times.max()
+        times = f"{least:.3g} s" if least == most else f"{least:.3g} to {most:.3g} s"
+        found += (
+            f" Viscoelastic: {len(relaxation.times)} internal states, relaxation times {times}; frequencies are those "
+            "of the long-term stiffness."
+        )
+    if body.structural is not None:
+        found += " Structural damping acts in frequency responses and modes only."
+    return found
 
 
 def _mesh(body: FlexibleBody) -> list[Block]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import kanefe as kf
@@ -39,18 +40,20 @@ def arm(modes: int, prony: list[tuple[float, float]]) -> kf.System:
     return scene
 
 
+def step(scene: kf.System, name: str) -> float:
+    """Return the CPU time of a step by a method, s."""
+    found: list[Any] = []
+    taken = seconds(lambda: found.append(scene.simulate((0.0, SPANS[name]), **METHODS[name])))
+    return float(taken / found[0].statistics["steps"])
+
+
 def of_viscoelastic_steps(rounds: int) -> list[Figure]:
     """Compare the time of a step."""
     figures = []
     for (modes, name), goal in GOALS.items():
         scenes = arm(modes, [(0.3, 0.02)]), arm(modes, [])
 
-        def step(scene: kf.System, name: str = name) -> float:
-            found: list[Any] = []
-            taken = seconds(lambda: found.append(scene.simulate((0.0, SPANS[name]), **METHODS[name])))
-            return taken / found[0].statistics["steps"]
-
-        race = Race(lambda s=scenes[0]: step(s), lambda s=scenes[1]: step(s), rounds)
+        race = Race(partial(step, scenes[0], name), partial(step, scenes[1], name), rounds)
         figures.append(goal.figure(race.ratio, f"{1e6 * race.ours:.3g} us against {1e6 * race.theirs:.3g} us"))
     return figures
 

@@ -72,6 +72,10 @@ class TestFiles:
         np.testing.assert_array_equal(found.factors, body.relaxation.factors)
         np.testing.assert_array_equal(found.times, body.relaxation.times)
 
+    def test_the_report_of_a_body_tells_of_them(self):
+        text = str(beam().report()).replace("\n", " ")
+        assert "16 internal states, relaxation times 0.003 to 0.02 s" in text
+
     def test_a_run_goes_on_from_its_checkpoint_with_the_states_of_arms(self, tmp_path):
         scene, kept = on_wall(beam(modes=1)), tmp_path / "run.h5"
         whole = scene.simulate((0.0, 0.1), method="radau5")

@@ -36,8 +36,8 @@ MADE_BY_KANEFE = """
     Action Assembly AxisJoint Buckling Campbell CriticalPoint End Equilibrium EquilibriumPath FiniteElementModel
     FlexibleBody FloquetModes FloquetModes.harmonics Frame FrequencyResponse Held Instant Joint Linearisation
     Link Link.given Link.sliding Link.turning Link.winding LinkKernel LoadEvent LoadKernel Mesh
-    MissingDependency Model Modes MotionRao NodalPattern Part ProposedJoint RaoConvention RaoConvention.of Result
-    Result.from_channels RunStatus SampledLoop SceneState ScreenedRun Sea SegmentedBody Simulation
+    MissingDependency Model Modes MotionRao NodalPattern Part PronyFit ProposedJoint RaoConvention RaoConvention.of
+    Result Result.from_channels RunStatus SampledLoop SceneState ScreenedRun Sea SegmentedBody Simulation
     Simulation.drive_of StabilityLimit StabilityMap StiffnessSection StiffnessSection.of Tangent
     fatigue.Cycles fatigue.Damage fatigue.MeanStress studies.GumbelFit studies.Operability
 """

@@ -43,6 +43,9 @@ call(
     name="cfrp",
 )
 call("kanefe_fem.Anisotropic", fem.Anisotropic, stiffness=np.eye(6) * 1e9, rho=1000.0, name="a")
+LOSSY = fem.Material(E=3e6, nu=0.45, rho=1000.0, loss_factor=0.2)
+call("kanefe_fem.Material.viscoelastic", LOSSY.viscoelastic, band=(5.0, 500.0))
+call("kanefe_fem.prony_of_loss_factor", fem.prony_of_loss_factor, loss_factor=0.2, band=(5.0, 500.0))
 call("kanefe_fem.Ply", fem.Ply, material=STEEL, thickness=0.01, angle=0.1)
 call("kanefe_fem.Laminate", fem.Laminate, plies=[fem.Ply(STEEL, 0.01)], name="l")
 call("kanefe_fem.Oriented", fem.Oriented, material=STEEL, axes=np.eye(3))
