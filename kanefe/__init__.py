@@ -32,7 +32,9 @@ if TYPE_CHECKING:
     from kanefe.fe_model.damping import RayleighDamping as RayleighDamping
     from kanefe.fe_model.interface import Interface as Interface
     from kanefe.fe_model.load_pattern import NodalPattern as NodalPattern
+    from kanefe.fe_model.model import Cells as Cells
     from kanefe.fe_model.model import FiniteElementModel as FiniteElementModel
+    from kanefe.fe_model.model import MassField as MassField
     from kanefe.fe_model.places import InBox as InBox
     from kanefe.fe_model.places import InCylinder as InCylinder
     from kanefe.fe_model.places import Near as Near
@@ -50,6 +52,8 @@ if TYPE_CHECKING:
     from kanefe.imports import write_sid as write_sid
     from kanefe.imports import write_superelement as write_superelement
     from kanefe.imports.from_matrices import model_from_matrices as model_from_matrices
+    from kanefe.imports.own_elements import FiniteElements as FiniteElements
+    from kanefe.imports.own_elements import model_from_elements as model_from_elements
     from kanefe.instants.instant import Instant as Instant
     from kanefe.integrate.events.event import Event as Event
     from kanefe.integrate.methods.table import methods as methods

@@ -52,6 +52,8 @@ if TYPE_CHECKING:
     from kanefe_fem.shells.body import shell_model as shell_model
     from kanefe_fem.solids.body import solid_body as solid_body
     from kanefe_fem.solids.body import solid_model as solid_model
+    from kanefe_fem.solids.own_forms import Forms as Forms
+    from kanefe_fem.solids.potential_flow import PotentialFlow as PotentialFlow
     from kanefe_fem.solids.preload import Preload as Preload
     from kanefe_fem.solids.preload import preloaded as preloaded
 

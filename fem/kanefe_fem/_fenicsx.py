@@ -198,6 +198,35 @@ def node_of_dof(fx: Any, space: Any, connectivity: np.ndarray, element: Shape) -
     return numbering
 
 
+def facet_corners(mesh: Any, space: Any, numbering: np.ndarray) -> np.ndarray:
+    """Return the nodes at the corners of all facets, in dolfinx's order of both, shape (facets, corners).
+
+    Parameters
+    ----------
+    mesh : dolfinx mesh
+    space : function space of Lagrange elements on it
+    numbering : ndarray of int
+        Of `node_of_dof` for this space.
+    """
+    topology, d = mesh.topology, mesh.topology.dim
+    topology.create_entities(d - 1)
+    for dimension in (d, d - 1):
+        topology.create_connectivity(dimension, 0)
+    topology.create_connectivity(d - 1, d)
+    count = len(np.asarray(topology.original_cell_index))
+    vertices = np.asarray(topology.connectivity(d, 0).array).reshape(count, -1)
+    facets = topology.connectivity(d - 1, 0)
+    node_of_vertex = np.full(vertices.max() + 1, -1)
+    node_of_vertex[vertices] = numbering[_dofmap(space, count)[:, : vertices.shape[1]]]
+    return node_of_vertex[np.asarray(facets.array).reshape(len(facets.offsets) - 1, -1)]
+
+
+def tags(fx: Any, mesh: Any, dimension: int, values: np.ndarray) -> Any:
+    """Return dolfinx's tags with a value of each entity of a dimension."""
+    numbers = np.arange(len(values), dtype=np.int32)
+    return fx.dolfinx.mesh.meshtags(mesh, dimension, numbers, values.astype(np.int32))
+
+
 def check_numbering(space: Any, nodes: np.ndarray, numbering: np.ndarray) -> None:
     """Compare the points of the degrees of freedom with our nodes, since a new version could change their order."""
     points = np.asarray(space.tabulate_dof_coordinates())[: len(numbering)]
@@ -273,6 +302,7 @@ def quiet() -> Iterator[None]:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ResourceWarning)
             warnings.simplefilter("ignore", DeprecationWarning)
+            warnings.filterwarnings("ignore", "Number of integration points")  # of forms on curved bricks
             yield
     finally:
         for logger in loggers:

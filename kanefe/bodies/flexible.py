@@ -180,6 +180,8 @@ class FlexibleBody(PickledByFields):
         Structural damping H: harmonic motions meet the stiffness ``K + i H``. It acts in frequency responses and modes.
     relaxation : Relaxation or None
         Arms of viscoelastic materials, beside the long-term stiffness.
+    stress_modes : ndarray, shape (n, 6, K), or None
+        Stress at the nodes of unit coordinates in Pa, of elements with a stress recovery of their own.
     units : str
     provenance : dict
         Origin of the body (json-able).
@@ -202,6 +204,7 @@ class FlexibleBody(PickledByFields):
     groups: tuple[NodeShares, ...] = ()
     structural: np.ndarray | None = None
     relaxation: Relaxation | None = None
+    stress_modes: np.ndarray | None = None
     units: str = UNITS
     provenance: Mapping[str, Any] = field(default_factory=dict, compare=False)
 
@@ -211,6 +214,7 @@ class FlexibleBody(PickledByFields):
             frozen += [frame.position, frame.motion, frame.axes]
             frozen += [] if frame.quadratic is None else [frame.quadratic]
         frozen += [block.nodes for block in self.cells]
+        frozen += [] if self.stress_modes is None else [self.stress_modes]
         frozen += [a for pattern in self.load_patterns for a in pattern.arrays().values()]
         frozen += [] if self.structural is None else [self.structural]
         frozen += [a for group in self.groups for a in (group.nodes, group.shares)]

@@ -19,8 +19,8 @@ class ModelRecord:
     Attributes
     ----------
     model : FiniteElementModel
-        Without its function of the geometric stiffness. If `copies` is not zero, its mass is the scalar mass, which
-        the file already has as that of the mass field.
+        Without its functions of the geometric stiffness and the stresses. If `copies` is not zero, its mass is the
+        scalar mass, which the file already has as that of the mass field.
     copies : int
         Number of components of a node that have the scalar mass: ``M = Ms (x) I``. Zero: M itself is kept.
     """
@@ -34,7 +34,7 @@ KIND = FileKind("kanefe finite-element model", 2, ModelRecord, "model", "model",
 
 
 def save_model(model: FiniteElementModel, path: str | Path) -> None:
-    """Write a model to `path` atomically; its `stress_stiffness`, a function, is left out.
+    """Write a model to `path` atomically; its functions are left out.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def save_model(model: FiniteElementModel, path: str | Path) -> None:
         If the folder cannot be written, or the disk is full.
     """
     scalar, copies = _scalar_mass(model)
-    write_object(path, ModelRecord(replace(model, mass=scalar, stress_stiffness=None), copies), KIND)
+    write_object(path, ModelRecord(replace(model, mass=scalar, stress_stiffness=None, stresses=None), copies), KIND)
 
 
 def load_model(path: str | Path) -> FiniteElementModel:

@@ -120,6 +120,20 @@ class StressStiffness(Protocol):
         ...
 
 
+class Stresses(Protocol):
+    """Function of displacements that gives the stress at the nodes."""
+
+    def __call__(self, displacements: np.ndarray, /) -> np.ndarray:
+        """Return the stress at each node, shape (n, 6, m) in Pa: xx, yy, zz, yz, xz, xy in G; linear.
+
+        Parameters
+        ----------
+        displacements : ndarray, shape (N, m)
+            m displacements in m and rad, one a column.
+        """
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class ViscoelasticPart:
     """A part of a body whose stress relaxes: ``K (1 - sum w_i + sum w_i exp(-t / tau_i))`` after a step of strain.
@@ -183,6 +197,12 @@ class FiniteElementModel:
         Structural damping H, N/m: harmonic motions meet the stiffness ``K + i H``.
     viscoelastic : tuple of ViscoelasticPart
         Parts whose stress relaxes.
+    added_mass : csr_matrix, shape (N, N), or None
+        Mass in kg of a fluid at rest about the undeformed body, for velocities of the degrees of freedom in components
+        of G: symmetric, and other than M not the same in all directions. It has no weight. See
+        `kanefe.bodies.wet_moments`.
+    stresses : Stresses or None
+        Stress recovery of elements other than those of `elasticity`.
     """
 
     nodes: np.ndarray
@@ -202,6 +222,8 @@ class FiniteElementModel:
     following: sp.csr_matrix | None = None
     structural: sp.csr_matrix | None = None
     viscoelastic: tuple[ViscoelasticPart, ...] = ()
+    added_mass: sp.csr_matrix | None = None
+    stresses: Stresses | None = None
 
     @property
     def size(self) -> int:

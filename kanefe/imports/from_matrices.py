@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 import zipfile
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal, TypeAlias, Unpack, cast
@@ -24,9 +24,11 @@ from kanefe.fe_model.model import (
     FiniteElementModel,
     MassField,
     NodeGroup,
+    Stresses,
     StressStiffness,
 )
 from kanefe.frames import numbers, skew
+from kanefe.imports.given_field import check_added_mass, check_field_mass, checked_field
 from kanefe.imports.mass_completion import completed_mass_field
 from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.self_check import Expected, self_check
@@ -49,6 +51,8 @@ class BesideMatrices(Expected, total=False):
     geometric_stiffness: Mapping[str, Matrix] | None
     stress_stiffness: StressStiffness | None
     mass_field: MassField | None
+    added_mass: Matrix | None
+    stresses: Stresses | None
 
 
 class NodalFormWarning(UserWarning):
@@ -67,7 +71,7 @@ class NodalFormWarning(UserWarning):
     "source",
 )
 def model_from_matrices(
-    mass: Matrix,
+    mass: Matrix | None,
     stiffness: Matrix,
     nodes: np.ndarray | Sequence[Sequence[float]],
     *,
@@ -84,7 +88,8 @@ def model_from_matrices(
     Parameters
     ----------
     mass, stiffness : sparse matrix, ndarray or path, shape (N, N)
-        M and K of the unsupported body in kg and N/m; a path names a scipy .npz or a Matrix Market .mtx file.
+        M and K of the unsupported body in kg and N/m; a path names a scipy .npz or a Matrix Market .mtx file. M may be
+        None with a `mass_field`.
     nodes : ndarray, shape (n, 3)
         Reference coordinates in m, in the order of the degrees of freedom.
     components : sequence of str
@@ -115,6 +120,13 @@ def model_from_matrices(
         a floating body, under the load minus the inertia of its rigid motion.
     stress_stiffness : callable, optional
         For any stiffening: see `FiniteElementModel`. In the order "nodes".
+    mass_field : MassField, optional
+        Shape functions at mass points, in the order "nodes", for exact inertia where nodes rotate; its mass may be a
+        vector.
+    added_mass : as mass, optional
+        Of a fluid around the body: see `FiniteElementModel`.
+    stresses : callable, optional
+        Stress recovery: see `FiniteElementModel`. In the order "nodes".
     expected_mass : float, optional
         Required mass, kg.
     expected_center : array_like, shape (3,), optional
@@ -151,9 +163,7 @@ def model_from_matrices(
     >>> dumbbell.size
     4
     """
-    points = numbers(nodes)
-    if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.all(np.isfinite(points)):
-        raise ModelError(f"nodes must be finite numbers of shape (n, 3) in m, not of shape {points.shape}")
+    points = _points(nodes)
     stress_stiffness, load_patterns = more.pop("stress_stiffness", None), more.pop("load_patterns", None)
     geometric_stiffness, cells = more.pop("geometric_stiffness", None) or {}, more.pop("cells", ())
     if stress_stiffness is not None and not callable(stress_stiffness):
@@ -169,7 +179,7 @@ def model_from_matrices(
         matrix = _matrix(given, what, size)
         return matrix if by_node is None else matrix[by_node][:, by_node]
 
-    read = real_matrix(_read(mass, "mass matrix") if isinstance(mass, (str, Path)) else mass)
+    field, read = _given_inertia(mass, more.pop("mass_field", None), points, names, generalised)
     M, K = ordered(read, "mass matrix"), ordered(stiffness, "stiffness matrix")
     C = None if damping is None else ordered(damping, "damping matrix")
     of_loads = {name: ordered(K_g, f"geometric stiffness {name!r}") for name, K_g in geometric_stiffness.items()}
@@ -178,7 +188,7 @@ def model_from_matrices(
         components=names,
         stiffness=K,
         mass=M,
-        mass_field=more.pop("mass_field", None) or (None if generalised else _lagrange_field(M, points, names)),
+        mass_field=_mass_field(field, M, points, names, generalised),
         damping=C,
         cells=tuple(cells),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
@@ -187,12 +197,54 @@ def model_from_matrices(
         stress_stiffness=stress_stiffness,
         provenance={"source": source},
         generalised=generalised,
+        added_mass=_fluid(more.pop("added_mass", None), ordered),
+        stresses=more.pop("stresses", None),
     )
     for name, pattern in model.load_patterns.items():
         _check_pattern(model, name, pattern)
     found = self_check(model, **cast(Expected, more))
     _check_entries(sp.csr_matrix(read), sp.csr_matrix(0.5 * (read + read.T)))
     return _with_inertia(replace(model, provenance={**model.provenance, "self_check": found.as_dict()}), source)
+
+
+def _points(nodes: np.ndarray | Sequence[Sequence[float]]) -> np.ndarray:
+    points = numbers(nodes)
+    if points.ndim != 2 or points.shape[1] != 3 or not len(points) or not np.all(np.isfinite(points)):
+        raise ModelError(f"nodes must be finite numbers of shape (n, 3) in m, not of shape {points.shape}")
+    return points
+
+
+def _given_inertia(
+    mass: Matrix | None, field: MassField | None, points: np.ndarray, names: tuple[str, ...], generalised: int
+) -> tuple[MassField | None, sp.csr_matrix]:
+    """Return the mass field, checked, and the mass matrix as given or of the field; readers check superelements'."""
+    if field is not None and not generalised:
+        field = checked_field(field, points, names, len(points) * len(names))
+    if mass is None:
+        if field is None:
+            raise ModelError("there is neither a mass matrix nor a mass field. Remedy: one of them, in kg")
+        return field, field.mass_matrix()
+    return field, real_matrix(_read(mass, "mass matrix") if isinstance(mass, (str, Path)) else mass)
+
+
+def _mass_field(
+    field: MassField | None, M: sp.csr_matrix, points: np.ndarray, names: tuple[str, ...], generalised: int
+) -> MassField | None:
+    """Return the given mass field, or that of Lagrange elements, which M tells."""
+    if generalised:
+        return field
+    if field is None:
+        return _lagrange_field(M, points, names)
+    check_field_mass(field, M)
+    return field
+
+
+def _fluid(given: Matrix | None, ordered: Callable[[Matrix, str], sp.csr_matrix]) -> sp.csr_matrix | None:
+    if given is None:
+        return None
+    A = ordered(given, "added mass")
+    check_added_mass(A)
+    return A
 
 
 def _with_inertia(model: FiniteElementModel, source: str) -> FiniteElementModel:

@@ -18,6 +18,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
+from kanefe.bodies.wet_moments import WetMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, rigid_motion
 from kanefe.frames import skew
@@ -72,6 +73,8 @@ def write_sid(body: FlexibleBody, path: str | Path, *, nodes: Sequence[int] = ()
             "a body with a Prony series or a loss factor cannot be written as SID, which has a damping matrix alone. "
             "Remedy: materials without, and damping= of the body"
         )
+    if isinstance(body.moments, WetMoments):
+        raise ModelError("SID has no place for an added mass. Remedy: the body without it")
     if count == 0:
         raise ModelError("a body without free coordinates is rigid. Remedy: reduction=CraigBampton(modes=...)")
     moments = body.moments.leading(count)

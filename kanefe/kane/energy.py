@@ -7,6 +7,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kane.active import loaded_frames
 from kanefe.kane.assemble import equations, mass_matrix
+from kanefe.kane.inertia import inertia_in_frame
 from kanefe.kane.rigid_contacts.contact_shares import constraint_forces
 from kanefe.kane.state import State, actions, once
 
@@ -65,7 +66,7 @@ def momenta(state: State) -> tuple[Vector, Vector]:
             p[3:] += body.rigid.rotor
         elif body.flexible is not None:
             terms = body.flexible
-            mass, _ = terms.free_moments.terms(state.q[terms.eta], state.full[terms.speeds], frame.w)
+            mass, _ = inertia_in_frame(terms, frame, np.zeros(3), state.q[terms.eta], state.full[terms.speeds])
             p = mass[:6] @ np.concatenate((frame.v, frame.w, state.full[terms.speeds]))
         else:
             continue

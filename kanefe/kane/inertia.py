@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.bodies.rigid import RigidMass
+from kanefe.bodies.wet_moments import WetMoments
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.frames import Matrix, Vector, cross, skew, skews
 from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates
@@ -53,12 +54,25 @@ def body_partial_velocities(terms: FlexibleTerms, G: FrameMotion) -> Matrix:
     return np.vstack((G.V, G.W, elastic_partial_rates(terms, G.V.shape[1])))
 
 
+def inertia_in_frame(
+    terms: FlexibleTerms, G: FrameMotion, gravity_G: Vector, eta: Vector, deta: Vector
+) -> tuple[Matrix, Vector]:
+    """Return mass and bias of a flexible body: ``mass (a_G - gravity, alpha, ddeta) + bias`` is what moves it (Eq. 38).
+
+    Rows are (translation of G, rotation of G, coordinates), in components of G; those of a fluid around it included.
+    """
+    moments = terms.free_moments if len(eta) == terms.body.free_count else terms.all_moments
+    mass, bias = moments.terms(eta, deta, G.w)
+    if isinstance(moments, WetMoments):
+        return moments.with_fluid(mass, bias, deta, G.v, G.w, gravity_G)
+    return mass, bias
+
+
 def flexible_inertia(
     terms: FlexibleTerms, G: FrameMotion, gravity_G: Vector, eta: Vector, deta: Vector
 ) -> tuple[Matrix, Vector]:
     """Return M and F of a flexible body from its mass moments (Eq. 12, 20, 38), summed over the mesh once."""
-    moments = terms.free_moments if len(eta) == terms.body.free_count else terms.all_moments
-    mass, bias = moments.terms(eta, deta, G.w)
+    mass, bias = inertia_in_frame(terms, G, gravity_G, eta, deta)
     J = body_partial_velocities(terms, G)
     weighted = J.T @ mass
     return weighted @ J, -(weighted[:, :3] @ (G.Z - gravity_G) + weighted[:, 3:6] @ G.Y + J.T @ bias)

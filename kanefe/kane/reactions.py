@@ -10,6 +10,7 @@ import numpy as np
 from kanefe.frames import Vector, cross
 from kanefe.kane.active import loaded_frames
 from kanefe.kane.constraints import HeldWrench, held_rows, marker_wrenches
+from kanefe.kane.inertia import inertia_in_frame
 from kanefe.kane.interactions import MarkerWrench, load_wrenches
 from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.rigid_contacts.contact_shares import shared_forces
@@ -92,7 +93,7 @@ def body_demand(state: State, body: BodyTerms, frame: FrameMotion, rates: Vector
         demand = np.concatenate((force, I_C @ alpha + cross(w, I_C @ w + body.rigid.rotor) + cross(c, force)))
     elif body.flexible is not None:
         terms = body.flexible
-        mass, bias = terms.free_moments.terms(state.q[terms.eta], state.full[terms.speeds], frame.w)
+        mass, bias = inertia_in_frame(terms, frame, gravity, state.q[terms.eta], state.full[terms.speeds])
         demand = (mass @ np.concatenate((a, alpha, rates[terms.speeds])) + bias)[:6]
         for field_load in body.field_loads:
             demand -= np.concatenate(field_load.forces(state.t, frame.A_NF, state.q[terms.eta], state)[:2])

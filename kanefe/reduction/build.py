@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.bodies.nodal_moments import NodalMoments
+from kanefe.bodies.wet_moments import WetMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import Damping, damping_matrix, damping_name
 from kanefe.fe_model.factorise import Factorise, splu_factorise
@@ -35,6 +37,7 @@ from kanefe.reduction.orthonormal import modes_by_mass
 from kanefe.reduction.record import reduction_record
 from kanefe.reduction.relaxation import loss_shapes, reduced_losses, refuse_losses
 from kanefe.reduction.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
+from kanefe.reduction.stress_modes import stress_modes
 
 LARGEST_DENSE = 300
 """Number of coordinates of an unreduced body above which it is kept in sparse matrices, and needs an implicit
@@ -90,7 +93,7 @@ def flexible_body(
         model, interfaces = with_places(model, {} if interfaces is None else interfaces)
         ties = tie_interfaces(model, interfaces)
         rigid_count = unrestrained_motions(model, ties)
-        problem = StaticProblem(model, ties, rigid_count, factorise)
+        problem = StaticProblem(_with_fluid(model), ties, rigid_count, factorise)
     if reduction is None and problem.size > LARGEST_DENSE:
         return _unreduced(problem, damping, stiffening, factorise, started)
     free, fixed, record = _whole(problem) if reduction is None else _reduced(problem, reduction)
@@ -104,12 +107,12 @@ def flexible_body(
         basis=np.ascontiguousarray(full_basis[: model.nodal_size]),
         free_count=count,
         stiffness=stiffness,
-        damping=damping_matrix(damping, model, full_basis[:, :count], stiffness[:count, :count], masses),
         **reduced_losses(model, full_basis[:, :count], stiffness[:count, :count]),
+        damping=damping_matrix(damping, problem.model, full_basis[:, :count], stiffness[:count, :count], masses),
         interfaces=_interface_frames(ties, basis, count),
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
-        elasticity=model.elasticity,
+        **_recovery(model, full_basis),
         groups=tuple(NodeShares.of(name, group) for name, group in model.groups.items()),
         **_inertia(model, full_basis),
         provenance={
@@ -128,6 +131,11 @@ def _unreduced(
     problem: StaticProblem, damping: Damping, stiffening: StiffeningLevel, factorise: Factorise, started: float
 ) -> FlexibleBody:
     """Return the body in sparse matrices; raise a ModelError where that is not possible."""
+    if problem.model.added_mass is not None or problem.model.stresses is not None:
+        raise ModelError(
+            f"a body of {problem.size} coordinates with added mass or stresses of its own cannot be kept whole. "
+            "Remedy: reduction=CraigBampton(modes=...)"
+        )
     if problem.model.generalised:
         raise ModelError(
             f"a superelement of {problem.size} coordinates cannot be kept whole. Remedy: "
@@ -187,6 +195,22 @@ def _interface_frames(ties: InterfaceTies, basis: np.ndarray, free_count: int) -
     return tuple(frames)
 
 
+def _recovery(model: FiniteElementModel, basis: np.ndarray) -> dict[str, Any]:
+    return {"elasticity": model.elasticity, "stress_modes": stress_modes(model, basis)}
+
+
+def _with_fluid(model: FiniteElementModel) -> FiniteElementModel:
+    """Return the model with the fluid around it in its mass matrix, whose modes are those of both."""
+    if model.added_mass is None:
+        return model
+    if model.mass_field is None:
+        raise ModelError(
+            "an added mass needs a body with exact inertia, and this one has only M of its nodes. Remedy: give its "
+            "mass_field, or leave the added mass out"
+        )
+    return replace(model, mass=sp.csr_matrix(model.mass + model.added_mass))
+
+
 def _inertia(model: FiniteElementModel, basis: np.ndarray) -> dict[str, Any]:
     field = model.mass_field
     if field is None:
@@ -197,8 +221,14 @@ def _inertia(model: FiniteElementModel, basis: np.ndarray) -> dict[str, Any]:
             "inertia_basis": basis.copy(),
         }
     point_basis = field.interpolation @ basis
+    moments = MassMoments.of_points(field.points, field.mass, point_basis)
+    if model.added_mass is not None:
+        motions = np.hstack((model.rigid_modes(), basis))
+        fluid = motions.T @ (model.added_mass @ motions)
+        dry = {f.name: getattr(moments, f.name) for f in fields(moments)}
+        moments = WetMoments(**dry, fluid=0.5 * (fluid + fluid.T))
     return {
-        "moments": MassMoments.of_points(field.points, field.mass, point_basis),
+        "moments": moments,
         "inertia_points": np.array(field.points, dtype=float),
         "inertia_mass": sp.csr_matrix(field.mass, copy=True),
         "inertia_basis": point_basis,

@@ -54,6 +54,8 @@ class BodyShape:
     provenance : mapping
     elasticity : Elasticity or None
         Data for the recovery of stresses and section forces.
+    stress_modes : ndarray, shape (n, 6, k), or None
+        Stress at the nodes of unit coordinates, Pa, of elements with a stress recovery of their own.
     flexible : FlexibleBody or None
         The body itself, if the run is in memory.
     neighbours : mapping of str to Neighbours
@@ -80,6 +82,7 @@ class BodyShape:
     is_orthonormal: bool
     provenance: Mapping[str, Any]
     elasticity: Elasticity | None = None
+    stress_modes: np.ndarray | None = None
     flexible: FlexibleBody | None = None
     neighbours: Mapping[str, Neighbours] = field(default_factory=dict)
     line: BeamLine | None = None
@@ -141,17 +144,19 @@ def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
         mass, com, inertia = body.rigid.mass, body.rigid.com, body.rigid.inertia
     elif body.flexible is not None:
         flexible, sources = body.flexible.body, sources_of(model)
+        stresses, k = flexible.stress_modes, flexible.free_count
         mass, com = flexible.mass, flexible.center_of_mass
         inertia = flexible.inertia - mass * (com @ com * np.eye(3) - np.outer(com, com))
         mesh = {
             "interfaces": tuple(frame.name for frame in flexible.interfaces),
             "components": flexible.components,
             "nodes": flexible.nodes,
-            "basis": flexible.basis[:, : flexible.free_count],
+            "basis": flexible.basis[:, :k],
             "cells": flexible.cells,
             "is_orthonormal": _is_orthonormal(body.flexible),
             "provenance": flexible.provenance,
             "elasticity": flexible.elasticity,
+            "stress_modes": None if stresses is None else stresses[..., :k],
             "flexible": flexible,
             "line": flexible.line,
             "neighbours": {

@@ -65,6 +65,7 @@ def shape_of(entry: Mapping[str, Any], number: int, arrays: Mapping[str, np.ndar
             for name, found in entry["neighbours"].items()
         },
         elasticity=Elasticity(**found) if (found := within(f"{folder}/elasticity/", arrays)) else None,
+        stress_modes=arrays.get(f"{folder}/stress_modes"),
         line=_line(within(f"{folder}/line/", arrays)),
     )
 
@@ -86,6 +87,8 @@ def _arrays_of_mesh(shape: BodyShape) -> Arrays:
             for f in fields(shape.elasticity)
             if (value := getattr(shape.elasticity, f.name)) is not None
         }
+    if shape.stress_modes is not None:
+        arrays[f"{folder}/stress_modes"] = (shape.stress_modes, "Pa by modal coordinate")
     if shape.line is not None:
         arrays |= {f"{folder}/line/{f.name}": (getattr(shape.line, f.name), "SI") for f in fields(shape.line)}
     return arrays

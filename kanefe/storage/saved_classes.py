@@ -31,6 +31,7 @@ SAVED_CLASSES = {
     "relaxation": "kanefe.bodies.relaxation:Relaxation",
     "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
     "viscoelastic part": "kanefe.fe_model.model:ViscoelasticPart",
+    "wet moments": "kanefe.bodies.wet_moments:WetMoments",
 }
 """Classes that can be saved, as "module:Class" by name."""
 

@@ -33,9 +33,10 @@ RUN_IN_STEPS = """
 """Methods by which loads, joints, shapes and laws serve the equations, which give them checked arguments."""
 
 MADE_BY_KANEFE = """
-    Action Assembly AxisJoint Buckling Campbell CriticalPoint End Equilibrium EquilibriumPath FiniteElementModel
-    FlexibleBody FloquetModes FloquetModes.harmonics Frame FrequencyResponse Held Instant Joint Linearisation
-    Link Link.given Link.sliding Link.turning Link.winding LinkKernel LoadEvent LoadKernel Mesh
+    Action Assembly AxisJoint Buckling Campbell Cells CriticalPoint End Equilibrium EquilibriumPath FiniteElementModel
+    FiniteElements FlexibleBody FloquetModes FloquetModes.harmonics Frame FrequencyResponse Held Instant Joint
+    Linearisation
+    Link Link.given Link.sliding Link.turning Link.winding LinkKernel LoadEvent LoadKernel MassField Mesh
     MissingDependency Model Modes MotionRao NodalPattern Part PronyFit ProposedJoint RaoConvention RaoConvention.of
     Result Result.from_channels RunStatus SampledLoop SceneState ScreenedRun Sea SegmentedBody Simulation
     Simulation.drive_of StabilityLimit StabilityMap StiffnessSection StiffnessSection.of Tangent

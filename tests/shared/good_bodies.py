@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 
 import kanefe as kf
@@ -65,6 +67,7 @@ on("kanefe.FlexibleBody.save", beam, path="body.h5")
 files("kanefe.FlexibleBody.load", kf.FlexibleBody.load, path="body.h5")
 call("kanefe.FlexibleLink", kf.FlexibleLink, body=beam(), at=(0, 0, 0), orientation=(1, 0, 0, 0), interfaces={})
 
+SPRING = np.array([[1.0, -1.0], [-1.0, 1.0]])
 EXPECTED = {"expected_mass": None, "expected_center": None, "expected_inertia": None}
 
 
@@ -81,6 +84,9 @@ def small_matrices() -> Good:
         "load_patterns": None,
         "geometric_stiffness": None,
         "stress_stiffness": None,
+        "mass_field": None,
+        "added_mass": None,
+        "stresses": None,
         "order": "nodes",
         "generalised": 0,
         **EXPECTED,
@@ -89,6 +95,12 @@ def small_matrices() -> Good:
 
 
 CALLS["kanefe.model_from_matrices"] = Call(small_matrices)
+call(
+    "kanefe.model_from_elements",
+    kf.model_from_elements,
+    elements=SimpleNamespace(nodes=[[0, 0, 0], [1, 0, 0]], mass=np.eye(2), stiffness=SPRING, components=("x",)),
+    **EXPECTED,
+)
 call("kanefe.write_matrices", kf.write_matrices, model=steel_beam(2), path="m.npz")
 call("kanefe.write_sid", kf.write_sid, body=beam(), path="b.sid", nodes=())
 files("kanefe.read_matrices", kf.read_matrices, path="model.npz", **EXPECTED)

@@ -58,6 +58,23 @@ def energy(strain: Any) -> Any:
 
 
 call("kanefe_fem.UserEnergy", fem.UserEnergy, energy=energy, rho=1000.0, of="strain", name="u")
+
+
+def mass(f: Any) -> Any:
+    return f.mass
+
+
+call("kanefe_fem.Forms", fem.Forms, mass=mass)
+call(
+    "kanefe_fem.PotentialFlow",
+    fem.PotentialFlow,
+    mesh=fem.box_mesh((1.0, 0.1, 0.1), (2, 1, 1)),
+    wet="root",
+    density=1000.0,
+    far=["tip"],
+    center=(0.0, 0.0, 0.0),
+    thickness=1.0,
+)
 call("kanefe_fem.axes_at_angle", fem.axes_at_angle, angle=0.1, axis=(0, 0, 1), along=(1, 0, 0))
 call("kanefe_fem.cylindrical_axes", fem.cylindrical_axes, origin=(0, 0, 0), axis=(0, 0, 1), first="outward")
 call("kanefe_fem.spherical_axes", fem.spherical_axes, origin=(0, 0, 0), pole=(0, 0, 1), first="outward")
@@ -180,6 +197,7 @@ SOLID = {
     "densities": None,
     "lumped": (),
     "preload": None,
+    "forms": None,
 }
 call("kanefe_fem.solid_model", fem.solid_model, mesh=box(), materials=STEEL, **SOLID)
 call(

@@ -51,6 +51,7 @@ WORDS = {
     "section frame",
     "unreduced body",
     "viscoelastic part",
+    "wet moments",
 }
 WORDS_OF_WARNINGS = {
     "accuracy",

@@ -17,7 +17,7 @@ from scipy.sparse.csgraph import connected_components
 
 from kanefe.errors import MeshError, outside
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.shapes import Shape, is_supported, quadrature, row_numbers, shape
+from kanefe.fe_model.shapes import MIDS, Shape, is_supported, quadrature, row_numbers, shape
 from kanefe.fe_model.skin import skin
 from kanefe_fem.mesh.jacobians import folded_inside
 
@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 
 DEGENERATE = 1e-12
 """Jacobian, relative to (longest side of the cell)^dimension, below which it counts as zero."""
+
+STRAIGHT = 1e-12
+"""Distance of mid-side nodes from the means of their corners, relative to the body, below which the geometry is
+straight."""
 
 _MIXED = {
     1: ("triangle", "quad", "tetra", "hexahedron", "wedge", "pyramid"),
@@ -317,6 +321,18 @@ def cell_owners(mesh: Mesh) -> list[str]:
 def extent(mesh: Mesh) -> float:
     """Return the diagonal of the bounding box of the body, in m."""
     return float(np.linalg.norm(np.ptp(mesh.nodes[mesh.body_nodes], axis=0)))
+
+
+def is_straight(mesh: Mesh) -> bool:
+    """Return whether all mid-side nodes are the means of their corners."""
+    tolerance = STRAIGHT * extent(mesh)
+    for block in mesh.cell_blocks:
+        corners = shape(block.kind).corners
+        for i, mid in enumerate(MIDS[block.kind]):
+            mean = sum(mesh.nodes[block.nodes[:, c]] for c in mid) / len(mid)
+            if np.abs(mesh.nodes[block.nodes[:, corners + i]] - mean).max() > tolerance:
+                return False
+    return True
 
 
 def _all_blocks(mesh: Mesh) -> Iterator[tuple[str, Cells]]:

@@ -25,7 +25,8 @@ from kanefe_fem.recovery.choices import material_row, nearest_frames
 from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, envelope_of
 from kanefe_fem.recovery.fibre_stress import fibre_stress
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
-from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor, checked_elasticity
+from kanefe_fem.recovery.given_stresses import GivenStresses
+from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor
 from kanefe_fem.recovery.vtk_arrays import vtk_arrays
 
 if TYPE_CHECKING:
@@ -383,7 +384,7 @@ class Recovery:
         unknown = [q for q in quantities if q not in (*SCALARS, "stress", "strain")]
         if unknown or isinstance(quantities, str):
             raise ModelError(f"quantities={quantities!r}: choose a list of {', '.join((*SCALARS, 'stress', 'strain'))}")
-        checked_elasticity(self.name, self.result.body(self.name))
+        self._fields()
         place = {int(frame): row for row, frame in enumerate(self.frames)}
 
         def data(frame: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
@@ -444,7 +445,10 @@ class Recovery:
         return write_field(path, points, fields.cells, values / 1e6, label, view=view, title=title, limit=last)
 
     def _fields(self) -> StrainFields:
-        return StrainFields.of_body(self.name, self.result.body(self.name))
+        body = self.result.body(self.name)
+        if body.stress_modes is not None:
+            return GivenStresses.of_own(self.name, body, body.stress_modes)
+        return StrainFields.of_body(self.name, body)
 
     def _tensor(self, what: Tensor, at: Place) -> np.ndarray:
         fields = self._fields()

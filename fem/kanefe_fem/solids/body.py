@@ -19,7 +19,6 @@ from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import report_size, stage, stages
-from kanefe.fe_model.shapes import MIDS, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.lumped.parts import Lumped, attach, groups_of
 from kanefe_fem.materials.of_groups import (
@@ -36,12 +35,14 @@ from kanefe_fem.mesh.checks import (
     check_mesh,
     check_plane,
     extent,
+    is_straight,
 )
 from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.solids.damping import damping_of_solid
+from kanefe_fem.solids.own_forms import Forms, with_forms
 from kanefe_fem.solids.preload import Preload, preloaded
 from kanefe_fem.solids.quadrature_assembly import QuadratureAssembly, assemble_by_quadrature
 
@@ -59,12 +60,16 @@ OFF_THE_CURVE = 1e-4
 """Distance of straight sides from the geometry, relative to the body, from which it is reported: a disc of 60 sides is
 7e-4 off."""
 
-STRAIGHT = 1e-12
-"""Distance of mid-side nodes from the means of their corners, relative to the body, below which the geometry is
-straight."""
+
+class Additions(TypedDict, total=False):
+    """What is added to the mesh and its materials, or replaces them: keywords of `solid_model`."""
+
+    lumped: Sequence[Lumped]
+    preload: Preload | None
+    forms: Forms | None
 
 
-class SolidKeywords(TypedDict, total=False):
+class SolidKeywords(Additions, total=False):
     """Keywords of `solid_model` that `solid_body` takes too."""
 
     order: int
@@ -73,11 +78,9 @@ class SolidKeywords(TypedDict, total=False):
     surfaces: Sequence[str] | Mapping[str, PlaceLike]
     cells: str | Sequence[str] | None
     densities: Mapping[str, float] | None
-    lumped: Sequence[Lumped]
-    preload: Preload | None
 
 
-@checked("mesh", "order", "cells", "lumped", "preload")
+@checked("mesh", "order", "cells", "lumped", "preload", "forms")
 def solid_model(
     mesh: Mesh | str | Path,
     materials: Materials,
@@ -88,8 +91,7 @@ def solid_model(
     *,
     cells: str | Sequence[str] | None = None,
     densities: Mapping[str, float] | None = None,
-    lumped: Sequence[Lumped] = (),
-    preload: Preload | None = None,
+    **more: Unpack[Additions],
 ) -> FiniteElementModel:
     """Return the full-order model of a solid (3D) or of a plane body (2D).
 
@@ -117,10 +119,18 @@ def solid_model(
     densities : dict of str to float, optional
         Densities of groups of cells, instead of those of their materials, kg/m3: for distributed masses (cables, fuel,
         paint).
+    **more
+        The other parameters below.
+
+    Other Parameters
+    ----------------
     lumped : sequence of LumpedMass or LumpedSpring
         Masses and springs at nodes and groups; see `kanefe_fem.attach`.
     preload : Preload, optional
         A static load case, whose tangent stiffness is used; see `kanefe_fem.preloaded`.
+    forms : Forms, optional
+        Forms in UFL for stress, stiffness, mass, damping, geometric stiffness and added mass, instead of those of the
+        materials; see `kanefe_fem.Forms`.
 
     Returns
     -------
@@ -142,6 +152,7 @@ def solid_model(
     """
     from kanefe_fem._petsc import factorise
 
+    lumped, preload, forms = more.get("lumped", ()), more.get("preload"), more.get("forms")
     start = time.perf_counter()
     mesh = _as_mesh(mesh, order, cells)
     if isinstance(surfaces, Mapping):
@@ -208,12 +219,14 @@ def solid_model(
             },
         },
     )
+    if forms is not None:
+        model = with_forms(model, forms, assembly, lifted, of_cells, scale)
     if lumped:
         model = attach(model, lumped)
     return model if preload is None else preloaded(model, preload, factorise)
 
 
-@checked("mesh", "order", "cells", "lumped", "preload", "cache", "progress")
+@checked("mesh", "order", "cells", "lumped", "preload", "forms", "cache", "progress")
 def solid_body(
     mesh: Mesh | str | Path,
     materials: Materials,
@@ -247,7 +260,7 @@ def solid_body(
     progress : bool, optional
         Whether to show the stages. Default: on a terminal, for a large body.
     **model
-        order, plane, thickness, surfaces, cells, densities, lumped and preload, as for `solid_model`.
+        order, plane, thickness, surfaces, cells, densities, lumped, preload and forms, as for `solid_model`.
 
     Examples
     --------
@@ -259,9 +272,11 @@ def solid_body(
     from kanefe_fem.body_cache import cached_body
 
     # with all defaults, so that a default that is given explicitly is the same body in the cache
-    of_model: dict[str, Any] = {
-        name: model.get(name, one.default) for name, one in signature(solid_model).parameters.items() if name != "mesh"
-    } | {"materials": materials}
+    defaults = {
+        name: one.default for name, one in signature(solid_model).parameters.items() if one.default is not one.empty
+    }
+    of_model: dict[str, Any] = {**defaults, "lumped": (), "preload": None, "forms": None, **model}
+    of_model["materials"] = materials
     of_body = {"interfaces": interfaces, "reduction": reduction, "damping": damping, "stiffening": stiffening}
 
     def make(mesh: Mesh | str | Path) -> FlexibleBody:
@@ -310,18 +325,6 @@ def _warn_of_straight_sides(mesh: Mesh, order: int) -> None:
             MeshWarning,
             stacklevel=outside(),
         )
-
-
-def is_straight(mesh: Mesh) -> bool:
-    """Return whether all mid-side nodes are the means of their corners."""
-    tolerance = STRAIGHT * extent(mesh)
-    for block in mesh.cell_blocks:
-        corners = shape(block.kind).corners
-        for i, mid in enumerate(MIDS[block.kind]):
-            mean = sum(mesh.nodes[block.nodes[:, c]] for c in mid) / len(mid)
-            if np.abs(mesh.nodes[block.nodes[:, corners + i]] - mean).max() > tolerance:
-                return False
-    return True
 
 
 def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAssembly:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -188,23 +189,14 @@ def _assemble(
     density: np.ndarray,
 ) -> Assembly:
     clock = [time.perf_counter()]
-    element = shape(kind)
-    geometry = shape(kind_of_order(kind, 1)) if straight else element
-    mesh = _fenicsx.create_mesh(fx, nodes, connectivity, geometry)
-    original = np.asarray(mesh.topology.original_cell_index)
+    problem = solid_problem(fx, nodes, connectivity, kind, straight)
+    element, geometry, vector, scalar = problem.element, problem.geometry, problem.vector, problem.scalar
+    original = np.asarray(problem.mesh.topology.original_cell_index)
     clock.append(time.perf_counter())
 
-    vector = _fenicsx.lagrange_space(fx, mesh, element, element.dimension)
-    scalar = _fenicsx.lagrange_space(fx, mesh, element, 0)
-    fields = solid_forms.material_fields(fx, mesh, moduli, original)
-    rho = _fenicsx.cell_function(fx, mesh, density[original])
-    numbering = _fenicsx.node_of_dof(fx, vector, connectivity[original], element)
-    numbering_of_scalar = _fenicsx.node_of_dof(fx, scalar, connectivity[original], element)
-    _fenicsx.check_numbering(vector, nodes, numbering)
-    same = np.array_equal(numbering, numbering_of_scalar)
-    scalar_order = None if same else np.argsort(numbering_of_scalar)[numbering]
-    problem = SolidProblem(fx, mesh, vector, scalar, fields, element, geometry, numbering, scalar_order)
-
+    fields = solid_forms.material_fields(fx, problem.mesh, moduli, original)
+    problem = replace(problem, fields=fields)
+    rho = _fenicsx.cell_function(fx, problem.mesh, density[original])
     u, v = fx.ufl.TrialFunction(vector), fx.ufl.TestFunction(vector)
     p, q = fx.ufl.TrialFunction(scalar), fx.ufl.TestFunction(scalar)
     energy = solid_forms.stiffness_integrand(fx, fields, u, v)
@@ -222,7 +214,24 @@ def _assemble(
     return Assembly(stiffness, mass, problem, seconds, fx.versions, Forms(stiffness_form, mass_form, rho, original))
 
 
-def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
+def solid_problem(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, kind: str, straight: bool) -> SolidProblem:
+    """Return the spaces on a mesh, still without moduli; the arguments are those of `assemble`."""
+    element = shape(kind)
+    geometry = shape(kind_of_order(kind, 1)) if straight else element
+    mesh = _fenicsx.create_mesh(fx, nodes, connectivity, geometry)
+    cells = connectivity[np.asarray(mesh.topology.original_cell_index)]
+    vector = _fenicsx.lagrange_space(fx, mesh, element, element.dimension)
+    scalar = _fenicsx.lagrange_space(fx, mesh, element, 0)
+    numbering = _fenicsx.node_of_dof(fx, vector, cells, element)
+    numbering_of_scalar = _fenicsx.node_of_dof(fx, scalar, cells, element)
+    _fenicsx.check_numbering(vector, nodes, numbering)
+    same = np.array_equal(numbering, numbering_of_scalar)
+    scalar_order = None if same else np.argsort(numbering_of_scalar)[numbering]
+    none = MaterialFields(())
+    return SolidProblem(fx, mesh, vector, scalar, none, element, geometry, numbering, scalar_order)
+
+
+def solid_stress_stiffness(problem: SolidProblem, stress: Callable[[Any], Any] | None = None) -> StressStiffness:
     """Return the geometric stiffness (N, N) of the stress s of a static displacement (N,), as a function of the latter.
 
     ``K_g = int grad(u) s : grad(v)`` is the same for each component of the displacement, so that only a matrix of the
@@ -232,6 +241,8 @@ def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
     ----------
     problem : SolidProblem
         2D or 3D; in 2D the stress is per width (times the thickness).
+    stress : callable, optional
+        Stress of a displacement, in UFL, if it is not that of the problem; integrated by UFL's own degree.
     """
     made: list[tuple[Any, Any]] = []
     dimension = problem.element.dimension
@@ -239,7 +250,7 @@ def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
     def geometric_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
         with _fenicsx.quiet(), _fenicsx.compiling(problem.fx):
             if not made:
-                made.append(_form(problem))
+                made.append(_form(problem, stress))
             loaded, form = made[0]
             loaded.x.array[:] = displacement
             scalar = problem.scalar_matrix(form)
@@ -248,12 +259,14 @@ def solid_stress_stiffness(problem: SolidProblem) -> StressStiffness:
     return geometric_stiffness
 
 
-def _form(problem: SolidProblem) -> tuple[Any, Any]:
+def _form(problem: SolidProblem, stress: Callable[[Any], Any] | None) -> tuple[Any, Any]:
     """Return the function with the static displacement, and the compiled form."""
-    fx = problem.fx
+    ufl = problem.fx.ufl
     loaded = problem.displacement(np.zeros(len(problem.order_of_nodes) * problem.element.dimension))
-    p, q = fx.ufl.TrialFunction(problem.scalar), fx.ufl.TestFunction(problem.scalar)
+    p, q = ufl.TrialFunction(problem.scalar), ufl.TestFunction(problem.scalar)
     # the quadrature of the stiffness, so that a strain that vanishes at its points, as in a rigid rotation, has no work
-    degree = stiffness_degree(problem.element, problem.geometry)
-    integrand = fx.ufl.inner(fx.ufl.dot(problem.stress(loaded), fx.ufl.grad(p)), fx.ufl.grad(q))
-    return loaded, fx.fem.form(integrand * problem.measure(degree))
+    measure = problem.measure(stiffness_degree(problem.element, problem.geometry))
+    if stress is not None:
+        measure = ufl.Measure("dx", domain=problem.mesh)
+    of_loaded = problem.stress(loaded) if stress is None else stress(loaded)
+    return loaded, problem.fx.fem.form(ufl.inner(ufl.dot(of_loaded, ufl.grad(p)), ufl.grad(q)) * measure)

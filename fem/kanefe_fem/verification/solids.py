@@ -17,7 +17,7 @@ from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
-from kanefe_fem.verification import damped_beams, plates, satellite, shells, sliding_block, stiffened_solids
+from kanefe_fem.verification import damped_beams, own_forms, plates, satellite, shells, sliding_block, stiffened_solids
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
@@ -118,6 +118,7 @@ CASES = (
     Case("E01a", tumbling_block),
     Case("E02a", spinning_bar),
     *damped_beams.SOLID_CASES,
+    *own_forms.CASES,
     *plates.CASES,
     *satellite.CASES,
     *shells.CASES,

@@ -17,9 +17,10 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import kind_of_order, quadrature, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.mesh.checks import is_straight
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh_files import read_mesh
-from kanefe_fem.solids.body import is_straight, solid_body, solid_model
+from kanefe_fem.solids.body import solid_body, solid_model
 from kanefe_fem.solids.forms import mass_degree, stiffness_degree
 from repository import ARM
 
