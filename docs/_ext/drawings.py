@@ -232,6 +232,39 @@ def study(of: Names) -> Figure:
     return figure
 
 
+def spinning_blade(of: Names) -> Figure:
+    """Draw the frequency of the flap over the speed."""
+    figure, axes = _axes("speed [rev/min]", "first flap [Hz]")
+    axes.plot(of["speeds"] * 30.0 / np.pi, of["flaps"], "o-")
+    return figure
+
+
+def oval_ring(of: Names) -> Figure:
+    """Draw the nodes of the ring, at rest and as an oval in its plane."""
+    figure, axes = _axes("x [m]", "y [m]")
+    nodes = of["model"].nodes
+    shape = of["ring"].basis[:, 2].reshape(-1, 3)
+    moved = nodes + 0.05 * np.ptp(nodes[:, 0]) / np.abs(shape).max() * shape
+    axes.plot(nodes[:, 0], nodes[:, 1], ".", color="0.7", markersize=3)
+    axes.plot(moved[:, 0], moved[:, 1], ".", markersize=3)
+    axes.set_aspect("equal")
+    return figure
+
+
+def swinging_arm(of: Names) -> Figure:
+    """Draw the height of the load and the deflection of the end of the arm."""
+    figure, axes = _axes("t [s]", "height of the load [m]")
+    result = of["result"]
+    axes.plot(result.times, result.position("load")[:, 2], label="height of the load")
+    other = axes.twinx()
+    other.plot(
+        result.times, 1e3 * result.deflection("arm", "TIP")[:, 2], color="tab:red", label="deflection of the end"
+    )
+    other.set_ylabel("deflection of the end [mm]")
+    axes.legend(handles=[*axes.lines, *other.lines])
+    return figure
+
+
 DRAWN: dict[str, Callable[[Names], Figure]] = {
     "02_flexible_pendulum": flexible_pendulum,
     "03_given_matrices": given_matrices,
@@ -246,4 +279,7 @@ DRAWN: dict[str, Callable[[Names], Figure]] = {
     "16_contact_on_a_shaken_ramp": shaken_ramp,
     "20_study": study,
     "24_learning_to_balance": learning,
+    "33_elements_of_scikit_fem": spinning_blade,
+    "34_ring_of_ngsolve": oval_ring,
+    "35_box_of_calculix": swinging_arm,
 }

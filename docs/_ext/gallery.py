@@ -36,6 +36,16 @@ Its checked number: {value:.10g}, which must be {reference:.10g} within {toleran
 :language: python
 ```
 """
+NOT_RUN = """# {title}
+
+{text}
+
+For this site it was not run: {reason}.
+
+```{{literalinclude}} ../../examples/{stem}.py
+:language: python
+```
+"""
 PLAYER = """
 Turn it with the mouse:
 
@@ -63,8 +73,7 @@ and the printed lines are of the run that this site was built with.
 CARD = """:::{{grid-item-card}} {title}
 :link: {stem}
 :link-type: doc
-:img-top: pictures/{stem}.png
-
+{picture}
 {lead}
 :::
 """
@@ -100,6 +109,12 @@ def _write(app: Sphinx) -> None:
             continue
         title, lead, text = words(path)
         told = json.loads((ran / "done.json").read_text(encoding="utf-8"))
+        pages.append(path.stem)
+        if "not run" in told:
+            page = NOT_RUN.format(title=title, text=text, stem=path.stem, reason=told["not run"])
+            (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
+            cards.append(CARD.format(title=title, stem=path.stem, lead=lead, picture=""))
+            continue
         value, reference, tolerance = told["checked"]
         if abs(value - reference) > tolerance:
             logger.warning("example %s misses its number: %s instead of %s", path.name, value, reference)
@@ -119,8 +134,8 @@ def _write(app: Sphinx) -> None:
             tolerance=tolerance,
         )
         (folder / f"{path.stem}.md").write_text(page, encoding="utf-8")
-        cards.append(CARD.format(title=title, stem=path.stem, lead=lead))
-        pages.append(path.stem)
+        picture = f":img-top: pictures/{path.stem}.png\n"
+        cards.append(CARD.format(title=title, stem=path.stem, lead=lead, picture=picture))
     index = INDEX.format(cards="\n".join(cards), pages="\n".join(pages))
     (folder / "index.md").write_text(index, encoding="utf-8")
 

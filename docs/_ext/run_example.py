@@ -17,8 +17,12 @@ from kanefe_fem import recover
 
 folder, stem = Path(sys.argv[2]), sys.argv[3]
 printed = io.StringIO()
-with contextlib.redirect_stdout(printed):
-    names = runpy.run_path(str(Path("examples") / f"{stem}.py"))
+try:
+    with contextlib.redirect_stdout(printed):
+        names = runpy.run_path(str(Path("examples") / f"{stem}.py"))
+except SystemExit as missing:  # a program of others that it needs is not here
+    (folder / "done.json").write_text(json.dumps({"not run": str(missing)}), encoding="utf-8")
+    sys.exit()
 picture = folder / "picture.png"
 if stem in OWN:
     shutil.copy(Path("out") / OWN[stem], picture)

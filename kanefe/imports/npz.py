@@ -4,12 +4,13 @@ Layout, version 1, in m, kg, s (written by numpy.savez of these arrays):
 
     format                        "kanefe matrices 1"
     nodes (n, 3), components      coordinates; names among "x", "y", "z", "rx", "ry", "rz"
-    stiffness, mass, damping      dense (N, N), or as scipy.sparse.csr_matrix: stiffness_data, _indices, _indptr
+    stiffness, mass, damping,     dense (N, N), or as scipy.sparse.csr_matrix: stiffness_data, _indices, _indptr
+    added_mass
     group_NAME                    node numbers from 0
     cells_KIND                    node numbers (m, nodes a cell) in VTK order, KIND by meshio's name
     following (f, N)              as a csr_matrix: unit directions of rotations that only follow their neighbours
 
-`damping`, groups, cells and `following` may be missing.
+`damping`, `added_mass`, groups, cells and `following` may be missing.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
     }
     if model.generalised:
         arrays["generalised"] = np.array(model.generalised)
-    for what in ("stiffness", "mass", "damping", "following"):
+    for what in ("stiffness", "mass", "damping", "added_mass", "following"):
         matrix = getattr(model, what)
         if matrix is not None:
             csr = sp.csr_matrix(matrix)
@@ -102,7 +103,7 @@ def read_matrices(
             arrays = {name: file[name] for name in file.files}
         stated = str(arrays["format"])
         if stated == FORMAT:
-            matrices = {what: _matrix(arrays, what) for what in ("stiffness", "mass", "damping")}
+            matrices = {what: _matrix(arrays, what) for what in ("stiffness", "mass", "damping", "added_mass")}
             generalised = int(arrays.get("generalised", 0))
             nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
             following = _following(arrays, len(nodes), components, generalised)
@@ -120,6 +121,7 @@ def read_matrices(
         nodes,
         components=components,
         damping=matrices["damping"],
+        added_mass=matrices["added_mass"],
         generalised=generalised,
         groups={n.removeprefix("group_"): a.tolist() for n, a in arrays.items() if n.startswith("group_")},
         cells=[Cells(n.removeprefix("cells_"), a) for n, a in arrays.items() if n.startswith("cells_")],

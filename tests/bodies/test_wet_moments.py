@@ -54,6 +54,7 @@ def test_a_stiff_body_turns_as_kirchhoffs_equations_say():
         return -np.linalg.solve(A, np.concatenate((np.cross(w, P[:3]), np.cross(w, P[3:]) + np.cross(x[:3], P[:3]))))
 
     result = run(body)
+    assert "bodies with added mass" in str(result)
     exact = scipy.integrate.solve_ivp(rate, (0, 0.25), [*V, *W], t_eval=result.times, rtol=1e-10, atol=1e-12).y.T
     # the bars yield by the square of speeds over frequencies, (3 / (2 pi 62))^2, and the run is accurate to 1e-5
     assert abs(result.angular_velocity("hull") - exact[:, 3:]).max() < 2e-4
@@ -120,3 +121,11 @@ def test_the_nodal_form_has_no_added_mass():
     )
     with pytest.raises(kf.ModelError, match=r"exact inertia.*Remedy"):
         kf.flexible_body(replace(model, mass_field=None, added_mass=sp.identity(2, format="csr")))
+
+
+def test_what_has_no_place_for_the_fluid_says_so(tmp_path, monkeypatch):
+    with pytest.raises(kf.ModelError, match=r"no place for an added mass.*Remedy"):
+        kf.write_sid(hull(1e4), tmp_path / "hull.sid")
+    monkeypatch.setattr("kanefe.reduction.build.LARGEST_DENSE", 5)
+    with pytest.raises(kf.ModelError, match=r"cannot be kept whole.*Remedy"):
+        hull(1e4)

@@ -221,3 +221,9 @@ def test_stresses_that_are_none_are_refused(fault):
     model = kf.model_from_elements(changed(square(), stresses=stresses))
     with pytest.raises(ModelError, match=message):
         kf.flexible_body(model, {"left": "clamped"})
+
+
+def test_added_mass_is_in_the_file_of_matrices(tmp_path):
+    wet = kf.model_from_elements(changed(square(), added_mass=np.diag([0.0, 1.0] * 4)))
+    kf.write_matrices(wet, tmp_path / "wet.npz")
+    np.testing.assert_array_equal(kf.read_matrices(tmp_path / "wet.npz").added_mass.toarray(), wet.added_mass.toarray())

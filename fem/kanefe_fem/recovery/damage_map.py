@@ -159,7 +159,9 @@ def damage_map(
     if len(eta) < 2:
         raise ModelError("a damage needs at least two output times. Remedy: simulate(..., output_step=...)")
     law, scalar = law_of(curve, mean_stress), (*COMPONENTS, SIGNED).index(quantity)
-    outside = np.unique(np.concatenate([block.nodes.ravel() for block in skin(fields.cells) or fields.cells]))
+    blocks = skin(fields.cells) or fields.cells
+    every = np.arange(len(fields.nodes))  # of elements of the user without cells
+    outside = np.unique(np.concatenate([block.nodes.ravel() for block in blocks])) if blocks else every
     part, numbers = fields.around(outside)
     modes = part.modes("stress", "nodes", material)[numbers]
     has_stress = np.isfinite(modes).all(axis=(1, 2))

@@ -193,6 +193,20 @@ class TestPhysics:
         assert differ(found.stress_stiffness(w), model.stress_stiffness(w)) < NEAR_ROUND_OFF
 
 
+def test_bodies_of_forms_are_kept_and_told_apart(tmp_path, monkeypatch):
+    monkeypatch.setenv("KANEFE_CACHE", "1")
+    monkeypatch.setenv("KANEFE_CACHE_DIR", str(tmp_path))
+
+    def wet(factor):
+        forms = Forms(added_mass=lambda f: factor * f.ufl.dot(f.u, f.n) * f.ufl.dot(f.v, f.n) * f.ds("top"))
+        return solid_body(BOX, STEEL, {"root": "clamped"}, kf.CraigBampton(modes=2), order=1, forms=forms)
+
+    first, again, other = wet(100.0), wet(100.0), wet(200.0)
+    assert [body.provenance["cache"]["found"] for body in (first, again, other)] == [False, True, False]
+    np.testing.assert_array_equal(first.moments.fluid, again.moments.fluid)
+    np.testing.assert_allclose(other.moments.fluid[:6, :6], 2.0 * first.moments.fluid[:6, :6], rtol=1e-9, atol=1e-9)
+
+
 def turned(f, u):
     """Return a stress that a rotation has too."""
     return 1e9 * f.ufl.grad(u)
