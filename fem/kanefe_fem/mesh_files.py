@@ -57,6 +57,7 @@ def read_mesh(
     .inp            Abaqus and CalculiX; groups are the element sets of solid sections (all sets, if there are
                     none), the surfaces and the node sets; of several instances they are called INSTANCE.SET
     .bdf .nas .fem  Nastran; groups are the properties, by number
+    .unv            I-DEAS, Salome and others; groups of elements and nodes, by name; lengths by its units
     any other       meshio (.vtu, .xdmf, .med, ...); groups are its cell sets and point sets, or the integers of
                     the cell data "gmsh:physical", "medit:ref", "group", ...
     ==============  ====================================================================================
@@ -126,11 +127,6 @@ def read_mesh(
             f"{path.name} is no STEP or BREP file, so {next(iter(geometry))}= has no meaning. Remedy: set sizes and "
             "units where the mesh is made; groups by place: mesh.with_groups(...)"
         )
-    if suffix in (".unv", ".uff"):
-        raise FileError(
-            f"{path.name}: universal files of I-DEAS are not read. Remedy: gmsh converts their meshes: import gmsh; "
-            f"gmsh.initialize(); gmsh.open({path.name!r}); gmsh.write('{path.stem}.msh')"
-        )
     if suffix in GEOMETRY:
         mesh, cells = mesh_of_geometry(path, order, cells, geometry), None
     elif suffix in GMSH_SUFFIXES:
@@ -141,6 +137,10 @@ def read_mesh(
         from kanefe_fem.mesh.abaqus_deck import read_abaqus_mesh
 
         mesh = read_abaqus_mesh(path, trusted)
+    elif suffix in (".unv", ".uff"):
+        from kanefe_fem.mesh.universal_file import read_universal_mesh
+
+        mesh = read_universal_mesh(path)
     elif suffix in NASTRAN:
         from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
 

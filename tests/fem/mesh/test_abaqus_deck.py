@@ -285,11 +285,3 @@ def test_what_is_not_read_is_refused_with_its_line(more: str, message: str, tmp_
 def test_parts_and_instances_that_are_not_whole(text: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(FileError, match=message):
         read_mesh(deck(tmp_path, text))
-
-
-@pytest.mark.parametrize("suffix", [".unv", ".UFF"])
-def test_universal_files_are_refused_with_the_way(suffix: str, tmp_path: Path) -> None:
-    path = tmp_path / f"a{suffix}"
-    path.write_text("    -1\n  2411\n")
-    with pytest.raises(FileError, match=r"universal files .* are not read. Remedy: .*gmsh\.write\('a\.msh'\)"):
-        read_mesh(path)
