@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import io
 import re
+import shutil
 import tempfile
 import warnings
 from collections.abc import Iterator, Mapping
@@ -14,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.errors import FileError, KanefeError, MissingDependency, outside
+from kanefe.storage.hdf5 import h5py_for
 from kanefe_fem.mesh.checks import MeshWarning
 from kanefe_fem.mesh.claimed_counts import check_counts
 from kanefe_fem.mesh.grouped import Group, dimension_of, grouped_mesh
@@ -154,19 +156,46 @@ def _import_meshio() -> Any:
 
 @contextlib.contextmanager
 def _readable(path: Path) -> Iterator[Path]:
-    """Yield the file for meshio: a copy of a .vtu of version 2, whose cells of order 1 and 2 are those of version 1."""
-    if path.suffix.lower() != ".vtu":
-        yield path
-        return
+    """Yield the file for meshio, or a copy that it can read.
+
+    It reads no .vtu of version 2, whose cells of order 1 and 2 are those of version 1, and no .med with families that
+    are of no group, as medcoupling writes them for what is in none.
+    """
+    change = {".vtu": _as_version_1, ".med": _with_groups_only}.get(path.suffix.lower())
+    with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
+        copy = Path(folder) / path.name
+        yield copy if change is not None and change(path, copy) else path
+
+
+def _as_version_1(path: Path, copy: Path) -> bool:
+    """Write a .vtu of version 2 as one of version 1; return whether it is one."""
     content = path.read_bytes()
     head = _VTU_VERSION.search(content[:HEAD])
     if head is None:
-        yield path
-        return
-    with tempfile.TemporaryDirectory(prefix="kanefe-") as folder:
-        copy = Path(folder) / path.name
-        copy.write_bytes(content[: head.start(1)] + b"1.0" + content[head.end(1) :])
-        yield copy
+        return False
+    copy.write_bytes(content[: head.start(1)] + b"1.0" + content[head.end(1) :])
+    return True
+
+
+def _with_groups_only(path: Path, copy: Path) -> bool:
+    """Write a .med file without families that are of no group; return whether it has some."""
+    h5py = h5py_for("read_mesh of .med")
+    if not h5py.is_hdf5(path):
+        return False
+    with h5py.File(path) as file:
+        kinds = [
+            f"FAS/{mesh}/{kind}"
+            for mesh in file.get("FAS", {})
+            for kind in ("ELEME", "NOEUD")
+            if f"FAS/{mesh}/{kind}" in file
+        ]
+        bare = [f"{kind}/{name}" for kind in kinds for name in file[kind] if "GRO" not in file[kind][name]]
+    if bare:
+        shutil.copyfile(path, copy)
+        with h5py.File(copy, "r+") as file:
+            for name in bare:
+                del file[name]
+    return bool(bare)
 
 
 class _Ends(io.IOBase):
