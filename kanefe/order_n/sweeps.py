@@ -89,11 +89,11 @@ class Sweeps:
         rows = len(scene.tables.rows)
         put = motions_of_rows.bound(scene, *(LATER,) * 4, np.empty(memory_size(scene)))
         found, count = np.empty((rows, T, width)), 1 + MOST_NUMBERS // (1 + rows * width)
+        of_states = np.empty((min(count, T), rows, width))
         for first in range(0, T, count):
             now = slice(first, min(first + count, T))
-            of_states = np.empty((now.stop - first, rows, width))
-            put(self._drives[now], self._states[now], rates[now], of_states)
-            found[:, now] = of_states.swapaxes(0, 1)
+            put(self._drives[now], self._states[now], rates[now], of_states[: now.stop - first])
+            found[:, now] = of_states[: now.stop - first].swapaxes(0, 1)
         return found
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
