@@ -19,6 +19,7 @@ from kanefe.kernels.contact.laws.normal_law import normal_law
 from kanefe.loads.action import Action, End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.reach import LoadReach
+from kanefe.loads.screened import ScreenedLoad
 
 if TYPE_CHECKING:
     from kanefe.contact.touching_point import Touch
@@ -32,9 +33,17 @@ OPEN, STICKS, SLIPS = range(3)
 class Contact(ContactData):
     """A compliant contact with normal force and friction: see `ContactData`."""
 
-    def stuck(self, factor: float) -> Contact:
-        """Return the contact with friction that holds so many times as much."""
-        return self if self.friction is None else replace(self, friction=self.friction.stuck(factor))
+    @property
+    def screened(self) -> ScreenedLoad:  # type: ignore[override]
+        """What of it screened runs do not have, and friction that holds so many times as much."""
+        friction, hysteresis = self.friction, "a hysteresis" if self.normal.has_branch else ""
+        if friction is None:
+            return ScreenedLoad(hysteresis)
+        return ScreenedLoad(
+            hysteresis or friction.not_screened,
+            slip_damping=friction.anchor(1.0, 0.0)[1],
+            stuck=lambda factor: replace(self, friction=friction.stuck(factor)),
+        )
 
     @classmethod
     def made(cls, wanted: WantedContact, **more: Any) -> Self:

@@ -126,21 +126,9 @@ class ContactData(Load):
         return scales
 
     @property
-    def not_screened(self) -> str:
-        """What of it screened runs do not have; empty: they have all."""
-        if self.normal.has_branch:
-            return "a hysteresis"
-        return "" if self.friction is None else self.friction.not_screened
-
-    @property
     def straight(self) -> float | None:
         """Stiffness of its normal law where that is a straight line, N/m."""
         return self.normal.straight
-
-    @property
-    def slip_damping(self) -> float:  # type: ignore[override]
-        """Anchor force of all its points beyond the friction limit, over the speed of their slip, N s/m."""
-        return 0.0 if self.friction is None else self.friction.anchor(1.0, 0.0)[1]
 
     @property
     def at_most(self) -> tuple[float, float] | None:

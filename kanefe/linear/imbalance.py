@@ -16,6 +16,7 @@ from kanefe.kane.kinematics import elastic_state
 from kanefe.kane.state import State, once
 from kanefe.linear.tangents import tangent_names
 from kanefe.linear.unit_forces import scene_load_columns
+from kanefe.loads.coordinate_friction import CoordinateFriction
 from kanefe.tree.load_names import scene_loads
 
 if TYPE_CHECKING:
@@ -95,6 +96,8 @@ def slipping_friction(model: Model, t: float, q: Vector, u: Vector, left: Imbala
     """
     state = State(model, t, q, u)
     for i, load in enumerate(model.loads):
+        if not isinstance(load, CoordinateFriction):
+            continue
         found = load.slipping(state.load_ends(i), state.load_states(i))
         if found is not None and left.name.startswith(f"{model.bodies[load.ends[0].body].name}: "):
             held, unit = found

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from kanefe.loads.oleo import Oleo as Oleo
     from kanefe.loads.periodic_load import PeriodicLoad as PeriodicLoad
     from kanefe.loads.rope import Rope as Rope
+    from kanefe.loads.screened import ScreenedLoad as ScreenedLoad
     from kanefe.loads.winch import Winch as Winch
     from kanefe.loads.wind import Gust as Gust
     from kanefe.loads.wind import Turbulence as Turbulence

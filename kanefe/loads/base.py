@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import ABC
 from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
@@ -14,12 +13,12 @@ from kanefe.bodies.marker import Marker
 from kanefe.frames import Vector
 from kanefe.loads.action import NO_STATES, Action, End, LoadKernel, Tangent
 from kanefe.loads.by_kernel import numbers_of, resistances, written_by
+from kanefe.loads.screened import ScreenedLoad
 
 if TYPE_CHECKING:
     from kanefe.joints.motion import Motion
     from kanefe.loads.anchors import Anchor
     from kanefe.loads.reach import LoadReach
-    from kanefe.loads.reaction_load import ReactionLoad
 
 
 JUST_AFTER = 1e-9
@@ -104,18 +103,8 @@ class Load(ABC):
     runs_over_ends : bool
         Whether it is a line from end to end in their order, such as a rope, for views. Loads with two ends are always
         drawn as lines.
-    pull_column : str
-        Name in `columns` of a tension that may vanish or exceed a limit, such as that of a rope; empty: none. Screened
-        runs check both.
-    strongest_pull : float
-        Limit of that tension, N.
-    highest_forcing : float
-        Highest frequency of its own excitation, rad/s, such as that of a rotor.
-    slip_damping : float
-        Force beyond the friction limit over the slip speed, N s/m, of a load whose first state is the slip path; 0:
-        none.
-    turns_by_half_at_most : bool
-        Whether its force jumps if the second end rotates beyond half a turn relative to the first.
+    screened : ScreenedLoad
+        What screened runs have to know of it.
 
     Examples
     --------
@@ -148,11 +137,7 @@ class Load(ABC):
     unbooked: ClassVar[str] = ""
     may_part: ClassVar[bool] = False
     runs_over_ends: ClassVar[bool] = False
-    pull_column: ClassVar[str] = ""
-    strongest_pull: float = math.inf
-    highest_forcing: float = 0.0
-    slip_damping: float = 0.0
-    turns_by_half_at_most: bool = False
+    screened: ScreenedLoad = ScreenedLoad()
 
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
         """Return forces, energy and powers at time t (s) from the ends and the internal states (states,) (Eq. 11).
@@ -194,22 +179,9 @@ class Load(ABC):
         return np.ones(len(self.initial_states))
 
     @property
-    def reaction_load(self) -> ReactionLoad | None:
-        """The load itself, if some of its states follow the reaction of a joint; otherwise None."""
-        return None
-
-    @property
     def held_coordinates(self) -> HeldCoordinates | None:
         """Upper bounds, if it acts along joint coordinates that it holds and lets slip; otherwise None."""
         return None
-
-    def slipping(self, ends: Sequence[End], states: Vector) -> tuple[float, str] | None:
-        """Return the friction force on a single joint coordinate that slips, and its unit; None if it does not slip."""
-        return None
-
-    def stuck(self, factor: float) -> Self:
-        """Return the load with static friction between surfaces multiplied by a factor."""
-        return self
 
     @property
     def input_functions(self) -> tuple[Callable[[float], float], ...]:
@@ -231,11 +203,6 @@ class Load(ABC):
             motion.check_known(t, what)
         # a force that grows without bound ends a run just before it
         self.check_during(t, t + JUST_AFTER * max(1.0, abs(t)))
-
-    @property
-    def not_screened(self) -> str:
-        """Its property that screened runs do not support; empty: they support it."""
-        return "loads whose internal states move by themselves" if self.has_rates else ""
 
     @property
     def events(self) -> tuple[LoadEvent, ...]:

@@ -66,7 +66,7 @@ class Bushing(Load):
         return bool(self.damping.any() or circulates or self.function is not None)
 
     @property
-    def turns_by_half_at_most(self) -> bool:  # type: ignore[override]
+    def turns_by_half_at_most(self) -> bool:
         """Whether its springs resist rotation: the rotation vector jumps at half a turn."""
         return bool(self.stiffness[3:].any() or self.stiffness[:, 3:].any())
 

@@ -33,6 +33,7 @@ from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import HeldCoordinates, Load, LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel, EventByKernel, numbers_of
+from kanefe.loads.screened import ScreenedLoad
 
 FORCE = 0
 
@@ -227,9 +228,9 @@ class CoordinateFriction(Load):
         return abs(held), "N m" if self.units[0] == "rad" else "N"
 
     @property
-    def not_screened(self) -> str:
-        """Empty if it follows no load: states of sticking anchors follow the coordinates."""
-        return "" if self.bearing is None else super().not_screened
+    def screened(self) -> ScreenedLoad:  # type: ignore[override]
+        """That states of sticking anchors follow the coordinates, if it follows no load."""
+        return ScreenedLoad("" if self.bearing is None else None)
 
     def load_rates(self, wrench: Vector, ends: Sequence[End], states: Vector) -> Vector:
         """Return the rates of the load of friction and of its own rate, from the joint's reaction (6,)."""

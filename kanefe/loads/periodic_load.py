@@ -16,6 +16,7 @@ from kanefe.kernels.force_elements.periodic_load import PeriodicLoadNumbers, own
 from kanefe.kernels.values.records import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
+from kanefe.loads.screened import ScreenedLoad
 
 ALWAYS = np.array((0.0, 1.0)), np.array((1.0, 1.0))
 """A table with the value one at all times."""
@@ -118,9 +119,10 @@ class PeriodicLoad(Load):
         object.__setattr__(self, "ends", (self.on,))
 
     @property
-    def highest_forcing(self) -> float:  # type: ignore[override]
-        """Frequency of the highest harmonic that is not zero, rad/s."""
-        return float(self.rows[self.rows[:, 1:].any(axis=1), 0].max(initial=0.0)) * abs(self.rate)
+    def screened(self) -> ScreenedLoad:  # type: ignore[override]
+        """The frequency of the highest harmonic that is not zero."""
+        highest = float(self.rows[self.rows[:, 1:].any(axis=1), 0].max(initial=0.0))
+        return ScreenedLoad(forcing=highest * abs(self.rate))
 
     def tangent(self, t: float, ends: Sequence[End], states: Vector) -> None:
         """Return None: it depends only on the axes of its frame."""

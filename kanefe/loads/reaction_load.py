@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Any, Protocol, Self
 
 from kanefe.frames import Vector
 
@@ -11,6 +11,12 @@ if TYPE_CHECKING:
     from kanefe.bodies.marker import CoordinateMarker
     from kanefe.joints.joint_friction import RubbingSurfaces
     from kanefe.loads.action import End
+
+
+def reaction_load(load: Any) -> ReactionLoad | None:
+    """Return what follows the reaction of a joint in a load, its `reaction_load` if it has such; otherwise None."""
+    found: ReactionLoad | None = getattr(load, "reaction_load", None)
+    return found
 
 
 class ReactionLoad(Protocol):

@@ -34,6 +34,7 @@ from kanefe.loads.base import LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel, EventByKernel
 from kanefe.loads.checks import check_number
 from kanefe.loads.periodic_load import checked_history
+from kanefe.loads.screened import ScreenedLoad
 
 LOOKS = 1000
 """Number of times of a run at which the length of a rope is looked at, besides those of its table."""
@@ -124,7 +125,6 @@ class Rope(AlongLine):
     columns = ("length [m]", "rate [m/s]", "tension [N]", "slack [1]")
     needs_rotation = False
     runs_over_ends = True
-    pull_column = "tension [N]"
 
     def __post_init__(self) -> None:
         label = f"rope {self.name!r}"
@@ -177,9 +177,10 @@ class Rope(AlongLine):
         return bool(self.damping or self.breaking_load is not None or self.motions)
 
     @property
-    def not_screened(self) -> str:
-        """A commanded length, which screened runs do not follow."""
-        return "lengths that are commanded" if self.motions else ""
+    def screened(self) -> ScreenedLoad:  # type: ignore[override]
+        """Its tension, up to the breaking load; a commanded length is not followed."""
+        refused = "lengths that are commanded" if self.motions else ""
+        return ScreenedLoad(refused, "tension [N]", math.inf if self.breaking_load is None else self.breaking_load)
 
     @property
     def input_count(self) -> int:
@@ -210,11 +211,6 @@ class Rope(AlongLine):
     def initial_states(self) -> Vector:
         """State of a rope that can break: 1 while it holds, then 0."""
         return NO_STATES if self.breaking_load is None else np.ones(1)
-
-    @property
-    def strongest_pull(self) -> float:  # type: ignore[override]
-        """The breaking load, if there is one."""
-        return math.inf if self.breaking_load is None else self.breaking_load
 
     @property
     def has_rates(self) -> bool:

@@ -10,6 +10,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.events.load_events import EventOfLoad, events_of_loads
+from kanefe.loads.base import Load
+from kanefe.loads.screened import screening_of
 from kanefe.screening.carrier import Carrier
 from kanefe.screening.riders import Riders
 
@@ -36,10 +38,10 @@ class Sticking:
         self.model = model
         self.carrier = Carrier(model)
         self.riders = Riders(model, self.carrier)
-        self.held = replace(model, loads=tuple(load.stuck(STICKY) for load in model.loads))
+        self.held = replace(model, loads=tuple(_stuck(load) for load in model.loads))
         self.held_at_rest = self.carrier.stilled(self.held)
         self.at_rest = self.carrier.stilled(model)
-        self.ropes = [number for number, load in enumerate(model.loads) if load.pull_column]
+        self.ropes = [number for number, load in enumerate(model.loads) if screening_of(load).pull]
         watching = model.route.watching
         columns = {} if watching is None else watching.columns
         self.events = []
@@ -79,9 +81,15 @@ class Sticking:
             for i in self.ropes:
                 load = self.model.loads[i]
                 outputs = load.tell(t, scene.load_ends(i), scene.load_states(i))
-                pulls.append(float(outputs[load.columns.index(load.pull_column)]))
+                pulls.append(float(outputs[load.columns.index(screening_of(load).pull)]))
             found.append(pulls)
         return np.array(found)
+
+
+def _stuck(load: Load) -> Load:
+    """Return a load with everything sticking."""
+    stuck = screening_of(load).stuck
+    return load if stuck is None else stuck(STICKY)  # type: ignore[no-any-return]
 
 
 def _check(model: Model) -> None:
@@ -96,7 +104,7 @@ def _check(model: Model) -> None:
     elif model.has_unreduced:
         found = "unreduced bodies"
     for load in model.loads:
-        if what := load.not_screened:
+        if what := screening_of(load).refused:
             found = f"{what}, as of {load.kind} {load.name!r}"
     if found:
         raise ModelError(f"screened runs are not supported for scenes with {found}. Remedy: kf.System.simulate")

@@ -19,6 +19,7 @@ from kanefe.integrate.run_checks.energy_check import account
 from kanefe.integrate.set_up import check_motions
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
+from kanefe.loads.screened import screening_of
 from kanefe.result import Result
 from kanefe.screening.riders import Motions
 from kanefe.screening.screened_run import ScreenedRun
@@ -137,7 +138,7 @@ def screen(
 def _refuse_fast_loads(model: Model, spacing: float) -> None:
     """Raise a ModelError if a load of a rotor is too fast for the steps of the superposition."""
     for load in model.loads:
-        most = load.highest_forcing
+        most = screening_of(load).forcing
         if most * spacing * OF_PERIOD > 2.0 * np.pi:
             enough = 0.95 * 2.0 * np.pi / (OF_PERIOD * most)  # still below the limit when rounded
             raise ModelError(
@@ -234,7 +235,8 @@ class _Run:
         is_near = values <= bound  # for ropes, which only pull
         is_near[:, :count] = sides * values[:, :count] <= bound[:, :count]
         for rope, number in enumerate(self.sticking.ropes, count):
-            is_near[:, rope] |= values[:, rope] + bound[:, rope] >= self.sticking.model.loads[number].strongest_pull
+            strongest = screening_of(self.sticking.model.loads[number]).strongest
+            is_near[:, rope] |= values[:, rope] + bound[:, rope] >= strongest
         return fine, is_near
 
     def _state_at(self, found: Superposed, row: int) -> Vector:
@@ -297,7 +299,8 @@ class _Run:
         model = self.sticking.model
         for event in self.sticking.events:
             load = model.loads[event.number]
-            if not (load.slip_damping and event.of.name == "slip"):
+            damping = screening_of(load).slip_damping
+            if not (damping and event.of.name == "slip"):
                 continue
             sticks = np.append(found.events[f"{load.subject} stick"], span[1])
             path = found.internal[:, model.load_states[event.number].start]
@@ -306,7 +309,7 @@ class _Run:
                 stick = sticks[sticks >= slip][0]
                 before, after = np.searchsorted(found.times, slip, "right") - 1, np.searchsorted(found.times, stick)
                 # for one point the excess force itself, for several their sum
-                pull = load.slip_damping * (path[min(after, len(path) - 1)] - path[before])
+                pull = damping * (path[min(after, len(path) - 1)] - path[before])
                 self.grazing[event.name] += bool(pull <= limit * (stick - slip))
 
     def _wanted(self, begin: float, end: float) -> Vector:

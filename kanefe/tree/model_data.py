@@ -21,6 +21,7 @@ from kanefe.frames import Matrix
 from kanefe.joints import Motion
 from kanefe.joints.motion import of_body
 from kanefe.loads.base import Load, has_contacts
+from kanefe.loads.reaction_load import ReactionLoad, reaction_load
 from kanefe.storage.pickled import PickledByFields
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms, is_unreduced
 
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from kanefe.contact.rigid.rigid_contact import RigidContact
     from kanefe.contact.surface import Surface
     from kanefe.loads.controller import Controller
-    from kanefe.loads.reaction_load import ReactionLoad
 
 QUADRATURES = 2
 """Number of energy quadratures at the end of the state of a run: energy dissipated, and work of loads and drives, J."""
@@ -181,12 +181,12 @@ class ModelData(PickledByFields):
     @cached_property
     def bearings(self) -> dict[int, int]:
         """Number of the joint's body for the number of each load that depends on the reaction of a joint."""
-        found = ((i, load.reaction_load) for i, load in enumerate(self.loads))
+        found = ((i, reaction_load(load)) for i, load in enumerate(self.loads))
         return {i: load.ends[0].body for i, load in found if load is not None}
 
     def following(self, number: int) -> ReactionLoad:
         """Return a load that depends on the reaction of a joint, by its number."""
-        load = self.loads[number].reaction_load
+        load = reaction_load(self.loads[number])
         if load is None:
             raise TypeError(f"{self.loads[number].name!r} follows no reaction")
         return load

@@ -42,7 +42,7 @@ ROOMS = {
     "kane": 2078,
     "literal": 1270,
     "order_n": 4735,
-    "loads": 4052,
+    "loads": 4090,
     "contact": 3622,
     "joints": 3724,
     "results": 3695,

@@ -9,6 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.frames import axis_rotation
+from kanefe.loads.screened import screening_of
 from kanefe.screening import windows
 from kanefe.screening.carrier import Carrier, Displacement
 from kanefe.screening.sticking import Sticking
@@ -333,3 +334,50 @@ def test_around_an_interval_the_motion_is_asked_for_only_where_it_is_known(
     monkeypatch.setattr(Carrier, "over", asked_over)
     superposed(sticking, np.arange(6.0, 9.1, 0.25), model.initial_state, known)
     assert (min(begin for begin, _ in asked), max(end for _, end in asked)) == (first, last)
+
+
+class Strap(kf.Load):
+    """A spring that pulls along z, and tells how much."""
+
+    columns = ("tension [N]",)
+    screened = kf.ScreenedLoad(pull="tension [N]", strongest=500.0, forcing=2.0)
+
+    def __init__(self, *ends: Any) -> None:
+        self.name, self.ends = "strap", ends
+
+    def action(self, t: float, ends: Any, states: np.ndarray) -> kf.Action:
+        return kf.Action(np.zeros((2, 6)))
+
+    def tell(self, t: float, ends: Any, states: np.ndarray) -> np.ndarray:
+        return np.array((1e3 * (ends[1].p[2] - ends[0].p[2]),))
+
+
+class EarlierStrap(Strap):
+    """The same by single attributes."""
+
+    screened = kf.ScreenedLoad()
+    pull_column, strongest_pull, highest_forcing, not_screened = "tension [N]", 500.0, 2.0, ""
+
+    def stuck(self, factor: float) -> Any:
+        return self
+
+
+@pytest.mark.parametrize("kind", [Strap, EarlierStrap])
+def test_a_load_of_a_user_says_what_is_screened(kind: type[kf.Load]) -> None:
+    scene = block_on_deck(deck_motion(0, 4.0))
+    strap = kind(scene.body("block"), scene.body("deck"))
+    scene.add(strap)
+    said = screening_of(strap)
+    assert said[:4] == ("", "tension [N]", 500.0, 2.0)
+    assert said.stuck is None or said.stuck(2.0) is strap
+    assert Sticking(scene.freeze()).names[-1] == "strap pull"
+
+
+def test_a_load_with_states_that_move_is_not_screened_unless_it_says_so() -> None:
+    class Creep(Strap):
+        screened, initial_states = kf.ScreenedLoad(), np.zeros(1)
+
+    refused = screening_of(Creep("a", "b")).refused
+    assert refused == "loads whose internal states move by themselves"
+    Creep.screened = kf.ScreenedLoad("")
+    assert screening_of(Creep("a", "b")).refused == ""

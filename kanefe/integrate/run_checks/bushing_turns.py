@@ -47,7 +47,7 @@ def of_bushings(model: Model, times: Vector, states: Matrix) -> RunStatus | None
     states : ndarray, shape (T, state)
         (q, u, z, ...).
     """
-    turning = [(i, load) for i, load in enumerate(model.loads) if load.turns_by_half_at_most]
+    turning = [(i, load) for i, load in enumerate(model.loads) if getattr(load, "turns_by_half_at_most", False)]
     if not turning or len(times) < 2:
         return None  # of one time there is no way between
     swept = model.route.sweeps(times, states)
