@@ -1,7 +1,8 @@
 """Passes over a kernel before it is translated, with less work than numba's own.
 
 numba notes its passes as events, computes after each of them where each variable is alive, and marks where it ends, for
-counts of references. Kernels count none.
+counts of references: kernels count none. At each pass it looks whether loops have more than one way back, which is
+known by then, and for each type whether a class was registered for it, which none is.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ def pass_changes() -> tuple[Change, ...]:
         Change(inline_closurecall.InlineClosureCallPass, "run", _where_there_is_one, "_inline_closure"),
         Change(base, "_has_loc", cache, "pysignature"),
         Change(abstract.Type, "__hash__", _hashed_once, "hash key"),
+        Change(abstract._TypeMetaclass, "__instancecheck__", lambda original: type.__instancecheck__),
         Change(ir.Inst, "_rec_list_vars", lambda original: variables_in, "list_vars _rec_list_vars"),
     )
 
@@ -42,7 +44,7 @@ def _without_events(original: Any) -> Any:
             if is_changed:
                 postproc.PostProcessor(state.func_ir).run()
             else:
-                state.func_ir.blocks = transforms.canonicalize_cfg(state.func_ir.blocks)
+                state.func_ir.blocks = _with_single_ways_back(state.func_ir.blocks)
 
     return run
 
@@ -55,11 +57,28 @@ def _without_ends(original: Any) -> Any:
         if function.is_generator:
             original(processor, emit_dels, extend_lifetimes)
             return
-        function.blocks = transforms.canonicalize_cfg(function.blocks)
+        function.blocks = _with_single_ways_back(function.blocks)
         function.variable_lifetime = postproc.VariableLifetime(function.blocks)
         function.generator_info = None
 
     return run
+
+
+_single: set[tuple[Any, ...]] = set()
+
+
+def _with_single_ways_back(blocks: dict[int, Any]) -> dict[int, Any]:
+    """Return blocks of which one at most leads back to the head of each loop: numba sees that from their ways alone."""
+    if _ways_of(blocks) in _single:
+        return blocks.copy()
+    found: dict[int, Any] = transforms.canonicalize_cfg(blocks)
+    _single.add(_ways_of(found))
+    return found
+
+
+def _ways_of(blocks: dict[int, Any]) -> tuple[Any, ...]:
+    """Return the number of each block, and those that it leads to."""
+    return tuple((label, *block.terminator.get_targets()) for label, block in blocks.items())
 
 
 def _where_there_is_one(original: Any) -> Any:
