@@ -21,18 +21,7 @@ from kanefe.fatigue.mean_stress import MeanStress
 from kanefe.fatigue.miner import law_of
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.skin import skin
-from kanefe.kernels.fatigue.cycle_damage import (
-    AMPLITUDE,
-    CORRECTION,
-    CYCLES,
-    GERBER,
-    GOODMAN,
-    PARAMETER,
-    SIGNED_VON_MISES,
-    SLOPE,
-    SLOPE_BELOW,
-    damage_of_stresses,
-)
+from kanefe.kernels.fatigue.cycle_damage import SIGNED_VON_MISES, Correction, DamageLaw, damage_of_stresses
 from kanefe_fem.recovery.envelope import COMPONENTS
 from kanefe_fem.recovery.strain_fields import StrainFields
 
@@ -166,7 +155,7 @@ def damage_map(
     modes = part.modes("stress", "nodes", material)[numbers]
     has_stress = np.isfinite(modes).all(axis=(1, 2))
     outside, modes = outside[has_stress], modes[has_stress]
-    damages = _bounds(modes, eta, law, scalar)
+    damages = _bounds(modes, eta, DamageLaw(law), scalar)
     order, counted, largest = np.argsort(-damages, kind="stable"), 0, 0.0
     piece = max(1, PIECE // (6 * len(eta)))
     coordinates, stresses = np.ascontiguousarray(eta.T), np.empty((piece, 6, len(eta)))
@@ -190,7 +179,7 @@ def damage_map(
     return DamageMap(quantity, values, is_bound, floor, fields.nodes, fields.cells)
 
 
-def _bounds(modes: np.ndarray, eta: np.ndarray, law: np.ndarray, scalar: int) -> np.ndarray:
+def _bounds(modes: np.ndarray, eta: np.ndarray, law: DamageLaw, scalar: int) -> np.ndarray:
     """Return an upper bound of the damage at each node, from stress modes (n, 6, k) and coordinates (T, k)."""
     _, _, directions = np.linalg.svd(eta, full_matrices=False)  # rows
     histories = np.abs(eta @ directions.T)  # (T, j)
@@ -198,10 +187,10 @@ def _bounds(modes: np.ndarray, eta: np.ndarray, law: np.ndarray, scalar: int) ->
     sizes = np.linalg.norm(rows @ (modes @ directions.T), axis=1)  # (n, j)
     largest = histories.max(axis=0)
     scale = np.where(largest > 0.0, largest, 1.0)
-    norms = scale * ((histories / scale) ** law[SLOPE]).sum(axis=0) ** (1.0 / law[SLOPE])
-    bounds = (sizes @ norms / law[AMPLITUDE]) ** law[SLOPE] / law[CYCLES]
-    if np.isinf(law[SLOPE_BELOW]):
-        bounds[sizes @ largest < law[AMPLITUDE]] = 0.0
-    if law[CORRECTION] in (GOODMAN, GERBER):
-        bounds[sizes @ largest >= law[PARAMETER]] = np.inf  # near the strength, corrected amplitudes have no bound
+    norms = scale * ((histories / scale) ** law.slope).sum(axis=0) ** (1.0 / law.slope)
+    bounds = (sizes @ norms / law.amplitude) ** law.slope / law.cycles
+    if np.isinf(law.slope_below):
+        bounds[sizes @ largest < law.amplitude] = 0.0
+    if law.correction in (Correction.GOODMAN, Correction.GERBER):
+        bounds[sizes @ largest >= law.parameter] = np.inf  # near the strength, corrected amplitudes have no bound
     return bounds
