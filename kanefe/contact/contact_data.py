@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.kernels.contact.contact_places import ContactNumbers, Kind, PointNumbers
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.filled import filled
 from kanefe.loads.base import Load
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.local_numbers import LOCAL_NUMBERS
 from kanefe.kernels.contact.convex_edges import Slot
 from kanefe.kernels.contact.convex_shapes import ConvexShape
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.filled import filled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -12,7 +12,7 @@ from kanefe.fatigue.curve import SNCurve
 from kanefe.fatigue.mean_stress import MeanStress
 from kanefe.frames import numbers
 from kanefe.kernels.fatigue.cycle_damage import Correction, DamageLaw, damage_of_cycle
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 
 MOST_BINS = 100_000
 """Largest number of bins of a histogram."""

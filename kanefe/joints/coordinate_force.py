@@ -13,7 +13,7 @@ from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.loads.coordinate_law import CoordinateLaw, coordinate_force, coordinate_potential, coordinate_slopes
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.aerodynamics import AerodynamicsNumbers, aerodynamics, areas_at, blown
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of

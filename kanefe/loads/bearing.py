@@ -22,7 +22,7 @@ from kanefe.kernels.force_elements.bearing import (
     watch_bearing,
 )
 from kanefe.kernels.force_elements.bushing import in_blocks
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.filled import filled
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.bushing import check_damps, principal_tangent, relative_rows

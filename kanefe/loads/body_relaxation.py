@@ -13,7 +13,7 @@ from kanefe.bodies.marker import ModalMarker
 from kanefe.bodies.relaxation import Relaxation
 from kanefe.frames import Vector
 from kanefe.kernels.force_elements.relaxation import RelaxationNumbers, relaxation, relaxation_told
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.filled import filled
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 

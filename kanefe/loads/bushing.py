@@ -13,7 +13,7 @@ from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross, skew
 from kanefe.kernels.force_elements.bushing import BushingNumbers, bushing, in_blocks, seen_from_a
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.filled import filled
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load
 from kanefe.loads.by_kernel import numbers_of

@@ -28,7 +28,7 @@ from kanefe.kernels.force_elements.coordinate_friction import (
 )
 from kanefe.kernels.force_elements.falling_friction import falling_friction, falling_friction_watch
 from kanefe.kernels.values import tensors
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.anchors import Anchor
 from kanefe.loads.base import HeldCoordinates, Load, LoadEvent

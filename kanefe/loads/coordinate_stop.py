@@ -19,7 +19,7 @@ from kanefe.kernels.force_elements.coordinate_stop import (
     coordinate_stop_watch,
     push_of,
 )
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 from kanefe.loads.action import End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import ActionByKernel, EventByKernel, numbers_of, slopes

@@ -16,7 +16,7 @@ from kanefe.joints.quintic import quintic_spline
 from kanefe.kernels.force_elements.guide import GuideNumbers, foot_of, guide, guide_tell, guide_watch, place_in, weight
 from kanefe.kernels.force_elements.nearest_on_line import Line
 from kanefe.kernels.links.polynomials import POWERS
-from kanefe.kernels.values.records import filled, filled_from
+from kanefe.kernels.values.filled import filled, filled_from
 from kanefe.loads.action import NO_STATES, End, LoadKernel, Tangent
 from kanefe.loads.base import Load, LoadEvent
 from kanefe.loads.by_kernel import EventByKernel, numbers_of, written_by

@@ -13,7 +13,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.periodic_load import PeriodicLoadNumbers, own_at, periodic_load
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.base import Load
 from kanefe.loads.screened import ScreenedLoad

@@ -27,7 +27,7 @@ from kanefe.kernels.force_elements.rope import (
     unstretched,
 )
 from kanefe.kernels.links.polynomials import POWERS
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent

@@ -13,7 +13,7 @@ from kanefe.bodies.marker import Marker
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.force_elements.spring import SpringNumbers, spring, tensions
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 from kanefe.loads.action import End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 

@@ -14,7 +14,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.winch import WinchNumbers, tension_of, wanted_at, winch, winch_change, winch_watch
-from kanefe.kernels.values.records import filled_from
+from kanefe.kernels.values.filled import filled_from
 from kanefe.loads.action import NO_STATES, End, LoadKernel
 from kanefe.loads.along_line import AlongLine
 from kanefe.loads.base import LoadEvent

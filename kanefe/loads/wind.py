@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers, shaped_numbers
 from kanefe.kernels.force_elements.aerodynamics import WindNumbers, wind_at
-from kanefe.kernels.values.records import filled
+from kanefe.kernels.values.filled import filled
 
 MOST_HARMONICS = 100_000
 """Largest number of harmonics of turbulence: their sum is computed in every evaluation."""

@@ -6,7 +6,8 @@ import numpy as np
 
 from kanefe.kernels.contact import granular_scene as scene
 from kanefe.kernels.contact.granular_contacts import DONE, march_granular
-from kanefe.kernels.values.records import Record, allocate, column, filled
+from kanefe.kernels.values.filled import allocate, filled
+from kanefe.kernels.values.records import Record, column
 from kanefe.kernels.values.tensors import Vector
 from kanefe.tree.model_data import QUADRATURES, ModelData
 

@@ -17,7 +17,7 @@ from kanefe.kernels.impacts.moments import ContactScene, look_at_points
 from kanefe.kernels.impacts.step_impulses import Tried, closed_points, step_of
 from kanefe.kernels.impacts.time_stepping import march_over_impacts
 from kanefe.kernels.sweeps.drives import Drives
-from kanefe.kernels.values.records import allocate
+from kanefe.kernels.values.filled import allocate
 from kanefe.order_n.contact_watching import ContactLook
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.contact_changes import asking_of

@@ -23,7 +23,7 @@ from kanefe.kernels.scene import Scene, links_of, memory_size
 from kanefe.kernels.steppers.step_commands import Command, Run, Step
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.kernels.tree import Kind
-from kanefe.kernels.values.records import allocate
+from kanefe.kernels.values.filled import allocate
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.load_outputs import LoadOutputs
 from kanefe.order_n.run_forces import CompiledForces

@@ -16,7 +16,7 @@ from kanefe.kernels.loads.acting import acting_in
 from kanefe.kernels.loads.reach import Bound, Bounds, ReachSizes, find_near, gap_to
 from kanefe.kernels.scene import state_in, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
-from kanefe.kernels.values.records import filled_rows
+from kanefe.kernels.values.filled import filled_rows
 from kanefe.kernels.values.tensors import Vector
 from kanefe.order_n.tables import reach_tables
 from touched_shapes import TOUCHED

@@ -37,6 +37,7 @@ DOORS = {
         "kanefe/kernels/compiler/_numba_passes.py",
         "kanefe/kernels/compiler/_numba_pointers.py",
         "kanefe/kernels/compiler/_numba_records.py",
+        "kanefe/kernels/compiler/_numba_rows.py",
         "kanefe/kernels/compiler/_numba_in_place.py",
         "kanefe/kernels/compiler/_numba_tensors.py",
         "kanefe/kernels/compiler/_numba_values.py",

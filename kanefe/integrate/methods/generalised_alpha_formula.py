@@ -27,6 +27,15 @@ class Step(NamedTuple):
         return self.known_move + self.share_move * a1, self.known_u + self.share_u * a1, a1
 
 
+def within(x: float, h: float, u0: Vector, u1: Vector, move: Vector) -> tuple[Vector, Vector]:
+    """Return move and speeds after a share x of a step, of third order, with the speeds at both ends.
+
+    A speed that a step does not resolve stays bounded.
+    """
+    moved = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * u1 + x * x * (3 - 2 * x) * move
+    return moved, (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * u1 + 6 * x * (1 - x) / h * move
+
+
 def no_step(converges: bool, other_remedy: str, component: int | None = None) -> StepFailure:
     """Return the failure of a run that finds no step small enough; `component` of the state is worst."""
     return StepFailure(

@@ -19,7 +19,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.followed_states import FollowedStates
 from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
-from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, no_step
+from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, no_step, within
 from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
@@ -264,9 +264,7 @@ class UnreducedStepper(PythonStepper):
         found = []
         for t in times:
             x = (t - t0) / h
-            # of third order, with the speeds at both ends; a speed that a step does not resolve stays bounded
-            move = x * (1 - x) ** 2 * h * u0 + x * x * (x - 1) * h * self._u + x * x * (3 - 2 * x) * self._move
-            rates = (1 - x) * (1 - 3 * x) * u0 + x * (3 * x - 2) * self._u + 6 * x * (1 - x) / h * self._move
+            move, rates = within(x, h, u0, self._u, self._move)
             q = self._q if x == 1.0 else self._model.advance(q0, move)
             found.append(np.concatenate((q, rates, (1 - x) * quadratures0 + x * self._quadratures)))
         return np.array(found).reshape(len(times), -1)

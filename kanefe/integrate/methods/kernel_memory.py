@@ -21,7 +21,7 @@ from kanefe.kernels.steppers.breakpoints import MOST_KEPT
 from kanefe.kernels.steppers.force_scales import put_force_scales
 from kanefe.kernels.steppers.settled_outputs import Settling
 from kanefe.kernels.steppers.step_commands import Step
-from kanefe.kernels.values.records import allocate, place
+from kanefe.kernels.values.filled import allocate, place
 from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.scales import coordinate_moves, displacement_scales
 

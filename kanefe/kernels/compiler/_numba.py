@@ -141,7 +141,7 @@ def _seen_by(module: str) -> dict[str, Any]:
 
 def add_kind(kind: type[Any]) -> None:
     """Have compiled code know a kind of records, or of rows of them."""
-    from kanefe.kernels.compiler._numba_records import add_record, add_rows
+    from kanefe.kernels.compiler._numba_rows import add_record, add_rows
 
     if kind in _kinds:
         return

@@ -68,10 +68,12 @@ ALWAYS = tuple(
         "compiler/_numba_passes",
         "compiler/_numba_pointers",
         "compiler/_numba_records",
+        "compiler/_numba_rows",
         "compiler/_numba_tensors",
         "compiler/_numba_values",
         "compiler/arrays",
         "compiler/signatures",
+        "values/parts",
         "values/records",
         "values/tensors",
     )

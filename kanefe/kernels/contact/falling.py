@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.values.records import Record, filled
+from kanefe.kernels.values.filled import filled
+from kanefe.kernels.values.records import Record
 
 MOST_TRIALS, CLOSE = 60, 1e-15
 """Largest number of trials of Newton's method, and round-off relative to a speed or an anchor force."""

@@ -44,7 +44,7 @@ from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.sweeps.unit_mass import scale_beams
 from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
-from kanefe.kernels.values.records import laid_out
+from kanefe.kernels.values.filled import laid_out
 
 
 def scene_of(

@@ -36,7 +36,8 @@ from kanefe.kernels.impacts.tolerances import (
     SWEEPS,
 )
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.values.records import Record, Rows, allocate
+from kanefe.kernels.values.filled import allocate
+from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import Vector
 
 

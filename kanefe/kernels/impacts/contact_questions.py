@@ -11,7 +11,8 @@ from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.contact.output_places import Margins
-from kanefe.kernels.values.records import Record, Rows, allocate
+from kanefe.kernels.values.filled import allocate
+from kanefe.kernels.values.records import Record, Rows
 
 
 class Asks(IntEnum):

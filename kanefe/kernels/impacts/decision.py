@@ -17,7 +17,8 @@ from kanefe.kernels.contact.rigid_points import Meeting, Meetings
 from kanefe.kernels.impacts.cones import Problem, Wanted, problem_of
 from kanefe.kernels.impacts.stronge import TURNING_ROWS, Blow, Turned
 from kanefe.kernels.tables import RigidPoints
-from kanefe.kernels.values.records import Record, Rows, allocate
+from kanefe.kernels.values.filled import allocate
+from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import Matrix, Vector, dot
 
 

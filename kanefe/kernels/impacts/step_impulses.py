@@ -26,7 +26,8 @@ from kanefe.kernels.impacts.decision import put_problem, solve
 from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.tables import RigidPoints
-from kanefe.kernels.values.records import Record, Rows, allocate
+from kanefe.kernels.values.filled import allocate
+from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import Vector, dot
 
 

@@ -24,7 +24,8 @@ Numbers and pools may be real or complex.
 
 A record of another kind on the same memory is made of a record: ``Wheel(hinge)``. A record that is no row is made of
 arrays of its own, integers, numbers and pools: ``Wheel(integers, numbers, pool)``. Behind its fields these may have
-parts too: of a ``Start("integers")`` or ``Start("numbers")``. `allocate` makes such a record with all its arrays.
+parts too: of a ``Start("integers")`` or ``Start("numbers")``. `allocate` of `kanefe.kernels.values.filled` makes the
+arrays of such a record.
 
 One whose fields are all among the numbers is made of any list of these, and a place in it: ``Wheel(numbers, at)``;
 ``Wheels(numbers)[i]`` is one of those that lie one behind the other from its start on, and what is `Behind` a record
@@ -35,212 +36,31 @@ from __future__ import annotations
 
 import enum
 import inspect
-import math
-import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator
 from copy import copy
-from functools import cache, lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, TypeVar
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
-from kanefe.kernels.values.tensors import KINDS, Value, Vector
+from kanefe.kernels.values.parts import (
+    INTEGERS,
+    NUMBERS,
+    Array,
+    Behind,
+    Columns,
+    Many,
+    One,
+    Start,
+    Table,
+    Values,
+    vectors,
+)
+from kanefe.kernels.values.tensors import KINDS
 
-INTEGERS, NUMBERS = "integers", "numbers"
-"""Names of the arrays that have a row for each record."""
-
-
-class Part:
-    """What a record has of an array besides single numbers and values."""
-
-
-class Columns(Part):
-    """Some numbers of the record's own row, as an array.
-
-    Parameters
-    ----------
-    count : int
-    """
-
-    def __init__(self, count: int) -> None:
-        self.count = count
-
-
-class Behind(Part):
-    """The numbers that follow a record, the last of its fields, as what other records and functions are made of."""
-
-
-class Start(Part):
-    """Where parts that follow it begin in a pool.
-
-    Parameters
-    ----------
-    pool : str
-        Name of the pool.
-    """
-
-    def __init__(self, pool: str = "pool") -> None:
-        self.pool = pool
-
-
-Whole = Callable[[str], Any]
-"""Gives an int of a record by its name."""
-
-
-class Length(NamedTuple):
-    """A length of a part: a factor times an int of the record, or times 1."""
-
-    factor: int
-    field: str | None
-
-    def of(self, whole: Whole) -> Any:
-        """Return it for a record, whose ints are given by name."""
-        return self.factor * whole(self.field) if self.field else self.factor
-
-
-class Array(Part):
-    """Numbers of a pool.
-
-    Parameters
-    ----------
-    *shape : int or str
-        Lengths of the axes: numbers, names of ints of the record, or multiples of these, as "6k".
-    """
-
-    numbers = 1
-
-    def __init__(self, *shape: int | str) -> None:
-        self.shape = [_length(one) for one in shape]
-        self.start, self.pool, self.before = "", "", Counter[tuple[str, ...]]()
-
-    def lie_behind(self, start: str, pool: str, before: Counter[tuple[str, ...]]) -> None:
-        """Place it in a pool, behind so many numbers times products of ints, from where an int of the record says."""
-        self.start, self.pool, self.before = start, pool, before
-
-    @property
-    def extent(self) -> Counter[tuple[str, ...]]:
-        """How many numbers it has: a factor, by the ints whose product it multiplies."""
-        names = tuple(sorted(one.field for one in self.shape if one.field is not None))
-        return Counter({names: self.numbers * math.prod(one.factor for one in self.shape)})
-
-    def place(self, whole: Whole) -> Any:
-        """Return where it begins in the pool."""
-        sizes = (math.prod(map(whole, names)) * factor for names, factor in self.before.items())
-        return sum(sizes, whole(self.start))
-
-    def lengths(self, whole: Whole) -> list[Any]:
-        """Return the lengths of the axes."""
-        return [one.of(whole) for one in self.shape]
-
-    def size(self, whole: Whole) -> Any:
-        """Return how many numbers it has."""
-        return self.numbers * math.prod(self.lengths(whole))
-
-    def view(self, numbers: np.ndarray, whole: Whole) -> Any:
-        """Return it, of its numbers."""
-        return numbers.reshape(self.lengths(whole))
-
-
-class Many(Array):
-    """Values of a kind, component by component: first all x, then all y.
-
-    Parameters
-    ----------
-    kind : type
-    count : int or str
-        How many.
-    """
-
-    def __init__(self, kind: type[Value], count: int | str) -> None:
-        super().__init__(count)
-        self.kind, self.numbers = kind, kind.count
-
-    def view(self, numbers: np.ndarray, whole: Whole) -> Values:
-        """Return it, of its numbers."""
-        return Values(numbers, self.kind)
-
-
-class Table(Array):
-    """Records of a kind, each a row of numbers.
-
-    Parameters
-    ----------
-    rows : type
-        A class of `Rows`, of records of numbers alone.
-    count : int or str
-        How many.
-    width : int
-        Numbers of a row.
-    """
-
-    def __init__(self, rows: type[Rows[Any]], count: int | str, width: int) -> None:
-        super().__init__(count, width)
-        self.rows = rows
-
-    def view(self, numbers: np.ndarray, whole: Whole) -> Rows[Any]:
-        """Return it, of its numbers."""
-        return self.rows(super().view(numbers, whole))
-
-
-class One(Array):
-    """A number, or a value, of a pool.
-
-    Parameters
-    ----------
-    kind : type
-    """
-
-    def __init__(self, kind: type[float] | type[Value]) -> None:
-        super().__init__(1 if kind is float else kind.count)  # type: ignore[union-attr]
-        self.kind = kind
-
-    def view(self, numbers: np.ndarray, whole: Whole) -> Any:
-        """Return it, of its numbers."""
-        return numbers[0] if self.kind is float else self.kind(*numbers)
-
-
-def _length(text: int | str) -> Length:
-    if isinstance(text, int):
-        return Length(text, None)
-    found = re.fullmatch(r"(\d*)([A-Za-z_]\w*)", text)
-    if found is None:
-        raise TypeError(f"{text!r} is no length: wanted is a number, the name of an int, or a multiple as '6k'")
-    return Length(int(found[1] or 1), found[2])
-
-
-class Values:
-    """Values of a kind in an array.
-
-    Parameters
-    ----------
-    numbers : ndarray, shape (c n,)
-        Component by component.
-    kind : type
-
-    Attributes
-    ----------
-    numbers : ndarray
-    """
-
-    def __init__(self, numbers: np.ndarray, kind: type[Value]) -> None:
-        self.numbers, self._kind, self._components = numbers, kind, numbers.reshape(kind.count, -1)
-
-    def __len__(self) -> int:
-        return self._components.shape[1]
-
-    def __getitem__(self, i: int) -> Any:
-        return self._kind(*self._components[:, i])
-
-    def __setitem__(self, i: int, value: Value) -> None:
-        if type(value) is not self._kind:
-            raise TypeError(f"a {self._kind.__name__} is wanted, not a {type(value).__name__}")
-        self._components[:, i] = value.numbers
-
-
-def vectors(rows: np.ndarray) -> Values:
-    """Return the columns of an array of three rows, (3, n), as vectors."""
-    return Values(rows.reshape(-1), Vector)
+__all__ = ["Array", "Behind", "Columns", "Many", "One", "Start", "Table", "Values", "vectors"]
+__all__ += ["Field", "Record", "Rest", "Rows", "behind", "column", "lacks", "made_of", "numbers_from"]
 
 
 class Field:
@@ -465,90 +285,10 @@ def numbers_from(record: Record) -> Any:
     return record._memory[NUMBERS]
 
 
-def filled(record: type[Record], **values: Any) -> np.ndarray:
-    """Return the numbers of a record, of numbers and arrays by name; those behind it may be as many as they like."""
-    if unlike := set(values) ^ set(record.fields):
-        raise TypeError(f"a {record.__name__} is filled by {', '.join(record.fields)}: {', '.join(sorted(unlike))}?")
-    parts = [np.ravel(np.asarray(values[name], dtype=float)) for name in record.fields]
-    for field, part in zip(record.fields.values(), parts, strict=True):
-        if len(part) != field.numbers and not field.is_open:
-            raise TypeError(f"{record.__name__}.{field.name} has {field.numbers} numbers, not {len(part)}")
-    return np.concatenate(parts)
-
-
-def filled_from(source: Any, record: type[Record], **more: Any) -> np.ndarray:
-    """Return the numbers of a record, by name more ones and attributes of an object; None counts as zero."""
-    own = {name: getattr(source, name) for name in record.fields if name not in more}
-    return filled(record, **more, **{name: 0.0 if value is None else value for name, value in own.items()})
-
-
-def filled_rows(record: type[Record], rows: Sequence[Mapping[str, Any]]) -> tuple[np.ndarray, ...]:
-    """Return the arrays of integers and of numbers of records that are rows, of their fields by name."""
-    own = {name: field for name, field in record.fields.items() if field.integers or field.numbers}
-    integers, numbers = (np.zeros((len(rows), count)) for count in (record.integer_count, record.number_count))
-    integers = integers.astype(np.int64)
-    for whole, part, values in zip(integers, numbers, rows, strict=True):
-        if unlike := set(values) ^ set(own):
-            raise TypeError(f"a {record.__name__} is filled by {', '.join(own)}: {', '.join(sorted(unlike))}?")
-        for name, field in own.items():
-            if field.is_whole:
-                whole[field.integer_at] = values[name]
-            else:
-                part[field.number_at : field.number_at + field.numbers] = np.ravel(values[name])
-    return tuple(array for array in (integers, numbers) if array.shape[1])
-
-
 def column(record: type[Record], name: str) -> int:
     """Return the first column of a field, in the array that has it."""
     field = record.fields[name]
     return field.integer_at if field.is_whole else field.number_at
-
-
-def place(record: Record, name: str) -> int:
-    """Return where a part of a record begins in its pool."""
-    return int(record.fields[name].kind.place(record.__getattribute__))
-
-
-def room(record: type[Record], start: str, **whole: int) -> int:
-    """Return how many numbers the parts behind a Start have, of ints by name."""
-    parts = [field.kind for field in record.fields.values() if isinstance(field.kind, Array)]
-    return sum(part.size(whole.__getitem__) for part in parts if part.start == start)
-
-
-def allocate(record: type[R], **whole: int) -> tuple[np.ndarray, ...]:
-    """Return arrays of zeros for a record that is no row, with ints by name and all starts written.
-
-    Parts among its integers and numbers begin behind its fields; in a pool they begin one behind the other.
-    """
-    counts, known = _layout(record, tuple(whole.items()))  # type: ignore[arg-type]  # mypy: a class has no hash
-    integers = np.zeros(counts[INTEGERS], int)
-    integers[: len(known)] = known
-    return tuple(integers if name == INTEGERS else np.zeros(counts[name]) for name in record.memories)
-
-
-@lru_cache(maxsize=256)
-def _layout(record: type[Record], given: tuple[tuple[str, int], ...]) -> tuple[dict[str, int], list[int]]:
-    """Return how many numbers each array has, and the whole numbers of the fields."""
-    whole = {name: 0 for name, field in record.fields.items() if field.is_whole} | dict(given)
-    counts = dict.fromkeys(record.memories, 0) | {INTEGERS: record.integer_count, NUMBERS: record.number_count}
-    for name, field in record.fields.items():
-        if isinstance(field.kind, Start):
-            whole[name] = counts[field.kind.pool]
-            counts[field.kind.pool] += room(record, name, **whole)
-    known = [0] * record.integer_count
-    for name, value in whole.items():
-        known[column(record, name)] = value
-    return counts, known
-
-
-def laid_out(record: type[Record], **whole: int) -> np.ndarray:
-    """Return the whole numbers of a record whose parts lie in one memory, of which its int `size` says how long it is.
-
-    What is in a workspace is so declared once: kernels make it of these and a memory, ``Work(integers, memory)``.
-    """
-    integers, *memories = allocate(record, **whole)
-    integers[column(record, "size")] = len(memories[-1])
-    return integers
 
 
 class Rows(Generic[R]):

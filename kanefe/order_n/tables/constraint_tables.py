@@ -14,7 +14,7 @@ from kanefe.kernels.contact.rigid_points import given_points
 from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.scene import FlexibleSizes, Sizes
 from kanefe.kernels.tables import FlexibleTables, Loops, RigidPoints, Tables
-from kanefe.kernels.values.records import filled, room
+from kanefe.kernels.values.filled import filled, room
 from kanefe.kernels.values.tensors import Matrix, Vector
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.row_path_tables import row_paths

@@ -26,7 +26,7 @@ from kanefe.kernels.force_elements.places import WRENCH
 from kanefe.kernels.loads.acting import BetweenLoads
 from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.tables import LoadsBetween, Loops
-from kanefe.kernels.values.records import filled_rows, laid_out, place
+from kanefe.kernels.values.filled import filled_rows, laid_out, place
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import QUADRATURES, ModelData

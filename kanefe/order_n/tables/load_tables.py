@@ -18,7 +18,7 @@ from kanefe.kernels.loads.joint_reactions import Bearing
 from kanefe.kernels.loads.point_and_field_loads import PointLoad
 from kanefe.kernels.loads.reach import ReachSizes, Teams
 from kanefe.kernels.tables import LoadsBetween, Reach
-from kanefe.kernels.values.records import filled_rows, laid_out
+from kanefe.kernels.values.filled import filled_rows, laid_out
 from kanefe.loads.action import LoadKernel
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.reach_tables import in_teams, reach_tables, sweeps

@@ -31,7 +31,7 @@ from kanefe.kernels.planar.layout import (
 )
 from kanefe.kernels.scene import Sizes
 from kanefe.kernels.tables import Tables
-from kanefe.kernels.values.records import laid_out
+from kanefe.kernels.values.filled import laid_out
 from kanefe.order_n.tables.frame_offsets import FrameOffset
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData

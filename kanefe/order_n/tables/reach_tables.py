@@ -12,7 +12,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kernels.loads.reach import Bound, Pair, ReachSizes, RowBall, Swell, Team
 from kanefe.kernels.tables import Reach
-from kanefe.kernels.values.records import allocate, filled_rows
+from kanefe.kernels.values.filled import allocate, filled_rows
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.load_points import point_numbers
 

@@ -21,7 +21,7 @@ from kanefe.kernels.sweeps.slopes import Slopes
 from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import LINK_INTEGERS, GivenLink, InterfaceLink, Kind, Link
 from kanefe.kernels.values import tensors
-from kanefe.kernels.values.records import filled_rows, room
+from kanefe.kernels.values.filled import filled_rows, room
 from kanefe.order_n.tables.exact_beam_tables import (
     BEAM_LENGTHS,
     beam_numbers,

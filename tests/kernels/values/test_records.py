@@ -10,21 +10,8 @@ from kanefe.kernels.compiler._numba import IS_COMPILED, dispatcher
 from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import COMPLEX, REAL
-from kanefe.kernels.values.records import (
-    Array,
-    Behind,
-    Columns,
-    Many,
-    One,
-    Record,
-    Rows,
-    Start,
-    Table,
-    allocate,
-    column,
-    filled,
-    room,
-)
+from kanefe.kernels.values.filled import allocate, filled, room
+from kanefe.kernels.values.records import Array, Behind, Columns, Many, One, Record, Rows, Start, Table, column
 from kanefe.kernels.values.tensors import (
     ZERO,
     Matrix,

@@ -15,7 +15,8 @@ from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_numbers
 from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
-from kanefe.kernels.values.records import Record, filled_from
+from kanefe.kernels.values.filled import filled_from
+from kanefe.kernels.values.records import Record
 from kanefe.kernels.values.tensors import Vector, cross, dot
 
 COULOMB = 1.0

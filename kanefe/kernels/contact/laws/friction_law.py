@@ -13,7 +13,8 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient, steady_numbers
-from kanefe.kernels.values.records import Record, filled_from
+from kanefe.kernels.values.filled import filled_from
+from kanefe.kernels.values.records import Record
 
 STIFFNESS_RATIO = 1.0
 """Default stiffness of an anchor relative to that of the normal law."""

@@ -11,7 +11,8 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.values.records import Record, filled_from
+from kanefe.kernels.values.filled import filled_from
+from kanefe.kernels.values.records import Record
 
 STEP = 1e-30
 """Imaginary step of a depth, m: a step this small has no truncation error."""
