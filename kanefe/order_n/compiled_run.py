@@ -15,7 +15,7 @@ from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.sampling import pass_samples, progress_of
-from kanefe.kernels.steppers.step_commands import NO_INERTIA, STATE, Command, Run, step_of
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, STATE, Command, Run, StepArrays, step_of
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -47,7 +47,7 @@ class CompiledRun:
         vectors: np.ndarray,
         needs: MethodNeeds,
     ) -> None:
-        self._route, self._vectors = route, vectors
+        self._route, self._vectors, arrays = route, vectors, StepArrays(integers, reals, vectors)
         drives, inputs = np.zeros((len(route.model.drives), 3)), np.zeros_like(route.inputs.constants)
         closed, asked = np.zeros(vectors.shape[1]), np.zeros(vectors.shape[1])
         memory = np.zeros(kernel.memory_size)
@@ -55,14 +55,14 @@ class CompiledRun:
         closing = balanced = directed = NOT_CALLED
         if needs.directions:
             own = np.zeros(directions_memory_size(route.between, route.model.free_count + len(drives)))
-            directions = put_directions.bound(route.scene, drives, inputs, integers, reals, vectors, memory, own)
+            directions = put_directions.bound(route.scene, drives, inputs, arrays, memory, own)
             directed = directions.prepared().for_kernels()
         if route.has_loops:
             memory = np.zeros(closing_memory_size(route.scene))
             closing = route.closing.prepared(0.0, drives, closed, memory).for_kernels()
         if needs.balance:
             memory = np.zeros(route.memory_size)
-            bound = balance.bound(0.0, route.scene, drives, inputs, integers, reals, vectors, memory)
+            bound = balance.bound(0.0, route.scene, drives, inputs, arrays, memory)
             balanced = bound.prepared().for_kernels()
         motions = cast(Drives, route.motion_tables)  # of an autonomous scene
         derivatives = self._derivatives(needs.derivatives)

@@ -20,7 +20,7 @@ from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, Run, step_of
+from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, Run, StepArrays, step_of
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
 from kanefe.order_n.scene_in_tables import SceneInTables
@@ -263,8 +263,8 @@ class OrderN(SceneInTables):
     def balance(self, run: Run) -> None:
         """Write what a method asks for by BALANCE: see `kanefe.kernels.evaluation.momenta`."""
         t, memory = float(step_of(run).time_at), np.empty(self.memory_size)
-        step = run.integers, run.reals, run.vectors
-        balance(t, self.scene, self.drives(t), self.inputs.constants, *step, memory)
+        arrays = StepArrays(run.integers, run.reals, run.vectors)
+        balance(t, self.scene, self.drives(t), self.inputs.constants, arrays, memory)
 
     def projected(self, t: float, y: Vector, share: float = 0.0) -> Vector:
         """Return the nearest state at which loops are closed and stay closed; y itself if it is one.

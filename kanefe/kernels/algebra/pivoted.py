@@ -6,11 +6,11 @@ out: the unknowns of their rows are zero, and the others are solved for.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined, kernel
 
 # Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.tree.row_rates.ROUND_OFF`
 ROUND_OFF = 1e-16
@@ -23,16 +23,32 @@ LEAST_KEPT = 1e-3
 NEGATIVE = 1e-8
 
 
+class Pivots(NamedTuple):
+    """Memory of the factors of a matrix of m rows.
+
+    Attributes
+    ----------
+    L : ndarray, shape (m, m)
+    inverses, order : ndarray, shape (m,)
+        Of the pivots, and the rows that they are of.
+    column : ndarray, shape (m,)
+        Workspace.
+    """
+
+    L: np.ndarray
+    inverses: np.ndarray
+    order: np.ndarray
+    column: np.ndarray
+
+
+@inlined
+def pivots_of(kept: Any) -> Pivots:
+    """Return the memory of factors that is part of a record."""
+    return Pivots(kept.L, kept.inverses, kept.order, kept.column)
+
+
 @kernel
-def factor(
-    A: np.ndarray,
-    scale: np.ndarray,
-    tolerance: float,
-    L: np.ndarray,
-    inverses: np.ndarray,
-    order: np.ndarray,
-    column: np.ndarray,
-) -> tuple[int, Any]:
+def factor(A: np.ndarray, scale: np.ndarray, tolerance: float, pivots: Pivots) -> tuple[int, Any]:
     """Factor the rows of A whose scale is not zero; return how many pivots count, and the least of the largest.
 
     The least is 0 if A is indefinite.
@@ -46,12 +62,10 @@ def factor(
     tolerance : float
         Pivot below which a row depends on others. A cut there would be a jump of the accelerations, on which error
         control gets stuck: the inverses of smaller pivots fall to zero smoothly.
-    L, inverses, order : ndarray, shapes (m, m), (m,), (m,)
+    pivots : Pivots
         On return: for `solve`.
-    column : ndarray, shape (m,)
-        Workspace.
     """
-    live = 0
+    L, inverses, order, live = pivots.L, pivots.inverses, pivots.order, 0
     for i in range(len(scale)):
         if scale[i].real > 0.0:
             order[live] = i
@@ -83,17 +97,23 @@ def factor(
         weakest = pivot.real / largest
         fade = (least / pivot.real) ** 4
         inverses[k] = 1.0 / (pivot * (1.0 + fade))
-        inverse = 1.0 / pivot
-        for i in range(k + 1, live):
-            column[i] = L[i, k]
-        for i in range(k + 1, live):
-            share = inverse * column[i]
-            if share != 0.0:
-                row = L[i]
-                for j in range(k + 1, i + 1):
-                    row[j] -= share * column[j]
-            L[i, k] = share
+        _eliminate(L, k, live, pivots.column)
     return live, weakest
+
+
+@kernel
+def _eliminate(L: np.ndarray, k: int, n: int, column: np.ndarray) -> None:
+    """Take what a pivot row says from the rows behind it."""
+    inverse = 1.0 / L[k, k]
+    for i in range(k + 1, n):
+        column[i] = L[i, k]
+    for i in range(k + 1, n):
+        share = inverse * column[i]
+        if share != 0.0:
+            row = L[i]
+            for j in range(k + 1, i + 1):
+                row[j] -= share * column[j]
+        L[i, k] = share
 
 
 @kernel
@@ -109,17 +129,9 @@ def _exchange(L: np.ndarray, p: int, q: int, n: int) -> None:
 
 
 @kernel
-def solve(
-    L: np.ndarray,
-    inverses: np.ndarray,
-    order: np.ndarray,
-    rank: int,
-    scale: np.ndarray,
-    right: np.ndarray,
-    column: np.ndarray,
-    x: np.ndarray,
-) -> None:
-    """Write x of ``A x = right`` (m,), zero for rows that were left out; `column` is workspace."""
+def solve(pivots: Pivots, rank: int, scale: np.ndarray, right: np.ndarray, x: np.ndarray) -> None:
+    """Write x of ``A x = right`` (m,), zero for rows that were left out."""
+    L, inverses, order, column = pivots
     for k in range(rank):
         i = int(order[k].real)
         total = scale[i] * right[i]

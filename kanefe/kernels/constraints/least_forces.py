@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
-from kanefe.kernels.algebra.pivoted import factor, solve
+from kanefe.kernels.algebra.pivoted import factor, pivots_of, solve
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, rows_of, rubs_at
@@ -53,12 +53,12 @@ def share_forces(loops: Loops, z: np.ndarray, is_skew: bool, multipliers: np.nda
 @kernel
 def _is_determined(loops: Loops, z: np.ndarray, closes: bool, y: np.ndarray, kept: UnitResponses) -> bool:
     """Return whether the normal force of each slipping point holds it out, the loops held; y is workspace (m,)."""
-    rows, A, of_loops, column, rank = rows_of(loops), kept.A, kept.spare, kept.column, 0
+    rows, A, of_loops, rank = rows_of(loops), kept.A, kept.spare, 0
     for j in range(len(rows)):
         of_loops[j] = kept.scale[j] if rows[j].kind != RowKind.CONTACT else 0.0 * kept.scale[j]
     if closes:
         tolerance = Limits(loops.limits).rank_tolerance
-        rank, _ = factor(A, of_loops, tolerance, kept.L, kept.inverses, kept.order, column)
+        rank, _ = factor(A, of_loops, tolerance, pivots_of(kept))
     for j in range(len(rows)):
         if kept.scale[j] == 0.0 or not rubs_at(loops, rows[j], z):
             continue
@@ -77,7 +77,7 @@ def _lost(kept: UnitResponses, rank: int, right: np.ndarray, row: np.ndarray, y:
     live, of_loops, lost = kept.live, kept.spare, 0.0
     for i in range(len(live)):
         live[i] = right[i] if of_loops[i] != 0.0 else 0.0 * right[i]
-    solve(kept.L, kept.inverses, kept.order, rank, of_loops, live, kept.column, y)
+    solve(pivots_of(kept), rank, of_loops, live, y)
     for i in range(len(live)):
         if of_loops[i] != 0.0:
             lost += (row[i] * y[i]).real

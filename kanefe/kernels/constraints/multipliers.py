@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.pivoted import factor, solve
+from kanefe.kernels.algebra.pivoted import factor, pivots_of, solve
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.constraint_jacobian import row_scale, walk_inward
 from kanefe.kernels.constraints.constraint_rows import RowKind
@@ -55,8 +55,8 @@ def hold(scene: Scene, state: State, work: Work, is_implicit: bool, du: np.ndarr
         weakest = share_forces(loops, state.z, True, multipliers, kept)
     else:
         tolerance = Limits(loops.limits).rank_tolerance
-        rank, weakest = factor(kept.A, kept.scale, tolerance, kept.L, kept.inverses, kept.order, kept.column)
-        solve(kept.L, kept.inverses, kept.order, rank, kept.scale, kept.rest, kept.column, multipliers)
+        rank, weakest = factor(kept.A, kept.scale, tolerance, pivots_of(kept))
+        solve(pivots_of(kept), rank, kept.scale, kept.rest, multipliers)
         kept.live_count = -1.0
         if not has_loops(loops, kept):
             weakest = 0.0 * weakest + 1.0

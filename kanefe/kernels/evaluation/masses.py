@@ -18,7 +18,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import partials
-from kanefe.kernels.joints.handing import hand_inward
+from kanefe.kernels.joints.handing import Felt, hand_inward
 from kanefe.kernels.joints.motion import put_three
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import total
@@ -69,7 +69,7 @@ def put_masses(scene: Scene, drives: RealRows, y: Reals, found: RealRows, memory
                 _put_modes(columns, i)
             _put_joint(columns, i)
         if link.parent >= 0:
-            hand_inward(frames[link.parent], frame.r, frame.M, frame.H, frame.J, ZERO, ZERO)
+            hand_inward(frames[link.parent], frame.r, Felt(frame.M, frame.H, frame.J, ZERO, ZERO))
     for f in range(len(bodies)):
         body = bodies[f]
         if body.transform >= 0:

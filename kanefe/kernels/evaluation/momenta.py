@@ -9,7 +9,7 @@ from __future__ import annotations
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
+from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_potential
@@ -17,7 +17,7 @@ from kanefe.kernels.loads.joint_forces import JointForces, along
 from kanefe.kernels.loads.loads_between import potential_between
 from kanefe.kernels.loads.telling import States, state_at
 from kanefe.kernels.scene import Scene, Sizes, State, Work, bodies_of, links_of, state_in, work_in
-from kanefe.kernels.steppers.step_commands import BalancedStep
+from kanefe.kernels.steppers.step_commands import BalancedStep, StepArrays
 from kanefe.kernels.sweeps.body_inertia import first_moment
 from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.exact_beam_inertia import energies_of_beam
@@ -172,22 +172,13 @@ BALANCE_TIME = 0
 
 
 @entry()
-def balance(
-    t: float,
-    scene: Scene,
-    drives: RealRows,
-    inputs: Reals,
-    integers: Integers,
-    reals: Reals,
-    vectors: RealRows,
-    memory: Reals,
-) -> None:
+def balance(t: float, scene: Scene, drives: RealRows, inputs: Reals, arrays: StepArrays, memory: Reals) -> None:
     """Write what a method asks for by BALANCE: see `BalancedStep`.
 
     The energies of the state `at`, and where momenta are kept those, and the rigid motions of the scene. `memory` is of
     the size of that of an evaluation.
     """
-    work, step = work_in(scene, memory), BalancedStep(integers, reals, vectors)
+    work, step = work_in(scene, memory), BalancedStep(*arrays)
     kinetic, elastic, weight, size = _energies(scene, state_in(scene.tables, t, step.at, drives, inputs), work)
     step.kinetic, step.energy, step.energy_size = kinetic, kinetic + elastic + weight, kinetic + size
     if step.keeps_momenta:

@@ -18,7 +18,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
+from kanefe.kernels.compiler.arrays import RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces
@@ -37,7 +37,7 @@ from kanefe.kernels.loads.load_tangents import (
 from kanefe.kernels.loads.loads_between import evaluate_load, push_along
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
-from kanefe.kernels.steppers.step_commands import DirectedStep
+from kanefe.kernels.steppers.step_commands import DirectedStep, StepArrays
 from kanefe.kernels.sweeps.elastic import add_along_mode, total
 from kanefe.kernels.tables import LoadsBetween
 from kanefe.kernels.tree import Kind
@@ -71,21 +71,14 @@ class Directions(NamedTuple):
 
 @entry()
 def put_directions(
-    scene: Scene,
-    drives: RealRows,
-    inputs: Reals,
-    integers: Integers,
-    reals: Reals,
-    vectors: RealRows,
-    memory: Reals,
-    own: Reals,
+    scene: Scene, drives: RealRows, inputs: Reals, arrays: StepArrays, memory: Reals, own: Reals
 ) -> None:
     """Write the rows Z, then those of W and V, then X and Y, from `jacobian_row` on, and how many of the first.
 
     The state `at` has been evaluated, linearly implicit, with the same `memory`. `own` is of `directions_memory_size`.
     States are followed where `share_of_rates` is above zero.
     """
-    step = DirectedStep(integers, reals, vectors)
+    step, vectors = DirectedStep(*arrays), arrays.vectors
     work, state = work_in(scene, memory), state_in(scene.tables, step.time_at, step.at, drives, inputs)
     loads, nearness, rank = loads_of(scene), acting_in(scene, work).nearness, 0
     speeds, m, most, first = len(work.applied), len(state.u), step.most_directions, step.jacobian_row

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.pivoted import factor, solve
+from kanefe.kernels.algebra.pivoted import factor, pivots_of, solve
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import Filler, Reals
@@ -176,7 +176,7 @@ def _hold_loops(loops: Loops, kept: UnitResponses, taking: np.ndarray, moment: M
     for j in range(len(loops.rows)):
         kept.spare[j] = kept.scale[j] if rows_of(loops)[j].kind != RowKind.CONTACT else 0.0
     tolerance = Limits(loops.limits).rank_tolerance
-    rank, _ = factor(kept.A, kept.spare, tolerance, kept.L, kept.inverses, kept.order, kept.column)
+    rank, _ = factor(kept.A, kept.spare, tolerance, pivots_of(kept))
     right, share = kept.live, kept.plain
     for p in taking:
         for i in range(3 * p, 3 * p + 3):
@@ -184,7 +184,7 @@ def _hold_loops(loops: Loops, kept: UnitResponses, taking: np.ndarray, moment: M
                 continue
             for j in range(first):
                 right[j] = kept.A[first + i, j] if kept.spare[j] != 0.0 else 0.0
-            solve(kept.L, kept.inverses, kept.order, rank, kept.spare, right, kept.column, share)
+            solve(pivots_of(kept), rank, kept.spare, right, share)
             for j in range(first):
                 if kept.spare[j] == 0.0:
                     continue

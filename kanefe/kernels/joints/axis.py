@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.joints.motion import ROUND_OFF
+from kanefe.kernels.joints.handing import Felt
+from kanefe.kernels.joints.motion import ROUND_OFF, Relative
 from kanefe.kernels.tree import AxisFrame, Link
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, dot, outer, square, turned_about_z
+from kanefe.kernels.values.tensors import Matrix, Vector, dot, outer, square, turned_about_z
 
 
 @inlined
@@ -25,14 +26,14 @@ def motion_along(link: Link, drives: np.ndarray, q: np.ndarray, u: np.ndarray) -
 @inlined
 def move_axis(
     link: Link, R: Matrix, drives: np.ndarray, q: np.ndarray, u: np.ndarray
-) -> tuple[Matrix, Vector, Vector, Vector, Vector, Vector]:
-    """Return axes, arm, velocity, turning, and what the drive adds to both rates, of a link along and about an axis."""
+) -> tuple[Matrix, Vector, Relative]:
+    """Return axes, arm, and motion as the parent sees it, of a link along and about an axis."""
     position, rate, acceleration = motion_along(link, drives, q, u)
     v, w = link.along * R.z, link.about * R.z
     turned = R
     if link.about != 0.0:
         turned = turned_about_z(R, np.cos(link.about * position), np.sin(link.about * position))
-    return turned, position * v, rate * v, rate * w, acceleration * v, acceleration * w
+    return turned, position * v, Relative(rate * v, rate * w, acceleration * v, acceleration * w)
 
 
 @inlined
@@ -49,17 +50,12 @@ def eliminate_along(frame: AxisFrame, v: Vector, w: Vector, applied: Any, added:
 
 
 @inlined
-def across_axis(frame: AxisFrame) -> tuple[Symmetric, Matrix, Symmetric, Vector, Vector]:
+def across_axis(frame: AxisFrame) -> Felt:
     """Return inertia and force that the parent feels of a link whose speed is eliminated: M - U U^T / D, f + U rest."""
     Ul, Ua, rest = frame.Ul, frame.Ua, frame.rest
     el, ea = frame.pivot * Ul, frame.pivot * Ua
-    return (
-        frame.M - square(Ul, el),
-        frame.H - outer(Ul, ea),
-        frame.J - square(Ua, ea),
-        frame.f + rest * Ul,
-        frame.n + rest * Ua,
-    )
+    M, H, J = frame.M - square(Ul, el), frame.H - outer(Ul, ea), frame.J - square(Ua, ea)
+    return Felt(M, H, J, frame.f + rest * Ul, frame.n + rest * Ua)
 
 
 @inlined

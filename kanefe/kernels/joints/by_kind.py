@@ -29,9 +29,10 @@ from kanefe.kernels.joints.ball import (
 )
 from kanefe.kernels.joints.free import accelerate_free, eliminate_free, move_free, moved_freely
 from kanefe.kernels.joints.given import move_given
-from kanefe.kernels.joints.handing import Carried, hand_inward
-from kanefe.kernels.joints.motion import put_motion, put_three, three
+from kanefe.kernels.joints.handing import Carried, Felt, hand_inward
+from kanefe.kernels.joints.motion import Relative, put_motion, put_three, three
 from kanefe.kernels.joints.revolute import eliminate_revolute, move_revolute
+from kanefe.kernels.scene import State
 from kanefe.kernels.tree import AxisFrame, BallFrame, Frame, FreeFrame, GivenFrame, Kind, Link
 from kanefe.kernels.values.tensors import NO_INERTIA, NO_MATRIX, ZERO, Vector, cross, dot
 
@@ -48,30 +49,27 @@ def partials(link: Link, frame: Frame) -> tuple[Vector, Vector]:
 
 
 @inlined
-def move(
-    link: Link, numbers: np.ndarray, frame: Frame, parent: Frame, drives: np.ndarray, q: np.ndarray, u: np.ndarray
-) -> None:
+def move(link: Link, frame: Frame, parent: Frame, state: State, numbers: np.ndarray) -> None:
     """Write the motion of a link. `numbers`: constants of given links."""
-    R, r, kind = parent.R @ link.axes, parent.R @ link.place, link.kind
+    R, r, kind, drives, q, u = parent.R @ link.axes, parent.R @ link.place, link.kind, state.drives, state.q, state.u
     if kind == Kind.REVOLUTE:
         frame.R, spin, twist = move_revolute(link, R, drives, q, u)
-        put_motion(frame, parent, r, ZERO, spin, ZERO, twist)
+        put_motion(frame, parent, r, Relative(ZERO, spin, ZERO, twist))
     elif kind == Kind.AXIS:
-        frame.R, arm, slide, spin, pull, twist = move_axis(link, R, drives, q, u)
-        put_motion(frame, parent, r + arm, slide, spin, pull, twist)
+        frame.R, arm, relative = move_axis(link, R, drives, q, u)
+        put_motion(frame, parent, r + arm, relative)
     elif kind == Kind.SPHERICAL:
         frame.R, spin = move_ball(link, R, q, u)
-        put_motion(frame, parent, r, ZERO, spin, ZERO, ZERO)
+        put_motion(frame, parent, r, Relative(ZERO, spin, ZERO, ZERO))
     elif kind == Kind.FREE:
         frame.R, arm, slide, spin = move_free(link, R, q, u)
-        put_motion(frame, parent, r + arm, slide, spin, ZERO, ZERO)
+        put_motion(frame, parent, r + arm, Relative(slide, spin, ZERO, ZERO))
     elif kind == Kind.GIVEN:
-        position, rate, acceleration = motion_along(link, drives, q, u)
-        frame.R, arm, slide, spin, pull, twist = move_given(link, numbers, frame, R, position, rate, acceleration)
-        put_motion(frame, parent, r + arm, slide, spin, pull, twist)
+        frame.R, arm, given = move_given(link, numbers, frame, R, motion_along(link, drives, q, u))
+        put_motion(frame, parent, r + arm, given)
     else:
         frame.R = R
-        put_motion(frame, parent, r, ZERO, ZERO, ZERO, ZERO)
+        put_motion(frame, parent, r, Relative(ZERO, ZERO, ZERO, ZERO))
 
 
 @inlined
@@ -99,12 +97,12 @@ def hand_across(link: Link, frame: Frame, parent: Frame, applied: np.ndarray) ->
     kind = link.kind
     if kind == Kind.SPHERICAL:
         M, f, n = across_ball(link, BallFrame(frame), applied)
-        hand_inward(parent, frame.r, M, NO_MATRIX, NO_INERTIA, f, n)
+        hand_inward(parent, frame.r, Felt(M, NO_MATRIX, NO_INERTIA, f, n))
     elif kind != Kind.FREE:
-        M, H, J, f, n = frame.M, frame.H, frame.J, frame.f, frame.n
+        felt = Felt(frame.M, frame.H, frame.J, frame.f, frame.n)
         if kind != Kind.FIXED and link.drive < 0:
-            M, H, J, f, n = across_axis(AxisFrame(frame))
-        hand_inward(parent, frame.r, M, H, J, f, n)
+            felt = across_axis(AxisFrame(frame))
+        hand_inward(parent, frame.r, felt)
 
 
 @inlined
@@ -133,7 +131,7 @@ def accelerate(link: Link, frame: Frame, parent: Frame, applied: np.ndarray, du:
     if kind == Kind.SPHERICAL:
         alpha = accelerate_ball(link, BallFrame(frame), a, alpha, applied, du)
     elif kind == Kind.FREE:
-        a, alpha = accelerate_free(link, FreeFrame(frame), parent.R @ link.axes, a, alpha, applied, du)
+        a, alpha = accelerate_free(link, FreeFrame(frame), parent.R @ link.axes, (a, alpha), applied, du)
     elif kind != Kind.FIXED and link.drive < 0:
         rate = acceleration_along(AxisFrame(frame), a, alpha)
         du[link.speed] = rate

@@ -37,12 +37,20 @@ def moved_freely(frame: FreeFrame, f: Vector, n: Vector) -> tuple[Vector, Vector
 
 @inlined
 def accelerate_free(
-    link: Link, frame: FreeFrame, fixed: Matrix, a: Vector, alpha: Vector, applied: np.ndarray, du: np.ndarray
+    link: Link, frame: FreeFrame, fixed: Matrix, carried: tuple[Vector, Vector], applied: np.ndarray, du: np.ndarray
 ) -> tuple[Vector, Vector]:
-    """Write du; return the accelerations of the link. `fixed`: axes of the joint's fixed frame, to N."""
+    """Write du; return the accelerations of the link.
+
+    Parameters
+    ----------
+    fixed : Matrix
+        Axes of the joint's fixed frame, to N.
+    carried : (Vector, Vector)
+        Its accelerations as if it was fixed to its parent.
+    """
     R, speed = frame.R, link.speed
     f, n = fixed @ three(applied, speed) - frame.f, R @ three(applied, speed + 3) - frame.n
     moving, turning = moved_freely(frame, f, n)
-    put_three(du, speed, fixed.T @ (moving - a))
-    put_three(du, speed + 3, R.T @ (turning - alpha))
+    put_three(du, speed, fixed.T @ (moving - carried[0]))
+    put_three(du, speed + 3, R.T @ (turning - carried[1]))
     return moving, turning

@@ -8,15 +8,16 @@ import numpy as np
 
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.joints.motion import Relative
 from kanefe.kernels.tree import Frame, FunctionFrame, FunctionMotion, GivenFrame, GivenLink, Link
 from kanefe.kernels.values.tensors import Matrix, Vector
 
 
 @kernel
 def move_given(
-    link: Link, numbers: np.ndarray, frame: Frame, R: Matrix, position: Any, rate: Any, acceleration: Any
-) -> tuple[Matrix, Vector, Vector, Vector, Vector, Vector]:
-    """Write the partial velocities; return axes, arm, velocity, turning and the rests of both rates (Eq. 13-16).
+    link: Link, numbers: np.ndarray, frame: Frame, R: Matrix, along: tuple[Any, Any, Any]
+) -> tuple[Matrix, Vector, Relative]:
+    """Write the partial velocities; return axes, arm and motion as the parent sees it (Eq. 13-16).
 
     Parameters
     ----------
@@ -24,9 +25,10 @@ def move_given(
         Constants of all given links.
     R : Matrix
         Axes of the joint's fixed frame, to N.
-    position, rate, acceleration : number
+    along : (number, number, number)
         See `kanefe.kernels.joints.axis.motion_along`.
     """
+    position, rate, acceleration = along
     own, called, found = GivenLink(link), FunctionFrame(frame), FunctionMotion(frame)
     called.coordinate[0] = position
     called.written[:] = 0.0
@@ -35,11 +37,6 @@ def move_given(
     v, w, given = R @ found.by_v, R @ found.by_w, GivenFrame(frame)
     given.partial_v, given.partial_w = v, w
     square = rate * rate
-    return (
-        R @ found.turned,
-        R @ found.position,
-        rate * v,
-        rate * w,
-        square * (R @ found.by_v_rate) + acceleration * v,
-        square * (R @ found.by_w_rate) + acceleration * w,
-    )
+    pull = square * (R @ found.by_v_rate) + acceleration * v
+    twist = square * (R @ found.by_w_rate) + acceleration * w
+    return R @ found.turned, R @ found.position, Relative(rate * v, rate * w, pull, twist)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.tree import Frame
 from kanefe.kernels.values.records import Record, Rows
@@ -32,12 +34,23 @@ class CarriedRows(Rows[Carried]):
     """Wrenches at all rows of the scene."""
 
 
+class Felt(NamedTuple):
+    """Inertia and force of a link about its origin, as its parent feels them."""
+
+    M: Symmetric
+    H: Matrix
+    J: Symmetric
+    f: Vector
+    n: Vector
+
+
 @inlined
-def hand_inward(parent: Frame, r: Vector, M: Symmetric, H: Matrix, J: Symmetric, f: Vector, n: Vector) -> None:
+def hand_inward(parent: Frame, r: Vector, felt: Felt) -> None:
     """Add inertia and force about a point at r from the parent's origin to the parent.
 
     H' = H - M r~,   J' = J - H^T r~ + r~ H'
     """
+    M, H, J, f, n = felt
     shifted = H - M @ skew(r)
     parent.M += M
     parent.H += shifted

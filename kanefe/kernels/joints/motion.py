@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
@@ -44,19 +46,27 @@ def has_inverse(S: Symmetric, inverse: Symmetric) -> bool:
     return 0.0 < spread < 1.0 / ROUND_OFF  # also false for what is not a number
 
 
-@inlined
-def put_motion(
-    frame: Motion, parent: Motion, r: Vector, slide: Vector, spin: Vector, pull: Vector, twist: Vector
-) -> None:
-    """Write position and motion of a row by that of its parent and that relative to it (Eq. 13-16, 22-26).
+class Relative(NamedTuple):
+    """Motion of a row as its parent sees it, in N.
 
-    Parameters
+    Attributes
     ----------
-    r, slide, spin : Vector
-        Arm from the parent's origin, velocity and angular velocity relative to the parent, in N.
+    slide, spin : Vector
+        Velocity and angular velocity.
     pull, twist : Vector
         What the rates of these two have with du = 0.
     """
+
+    slide: Vector
+    spin: Vector
+    pull: Vector
+    twist: Vector
+
+
+@inlined
+def put_motion(frame: Motion, parent: Motion, r: Vector, relative: Relative) -> None:
+    """Write position and motion of a row, at an arm r from its parent's origin, by the parent's (Eq. 13-16, 22-26)."""
+    slide, spin, pull, twist = relative
     w, Y = parent.w, parent.Y
     swing = cross(w, r)
     frame.r, frame.p = r, parent.p + r

@@ -169,6 +169,14 @@ class DirectedStep(Step):
     share_of_rates: float  # of those of internal states in what they are at the end of a step; 0: not followed
 
 
+class StepArrays(NamedTuple):
+    """The memory of a step: see `Run`."""
+
+    integers: Integers
+    reals: Reals
+    vectors: RealRows
+
+
 class Run(NamedTuple):
     """A method in the middle of a run.
 

@@ -20,7 +20,7 @@ from kanefe.kernels.algebra.lu import factorise, solve, solve_columns
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.joints.handing import hand_force_inward, hand_inward
+from kanefe.kernels.joints.handing import Felt, hand_force_inward, hand_inward
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import combination, total, transposed_product
@@ -50,7 +50,7 @@ def eliminate_modes(scene: Scene, work: Work, f: int, is_implicit: bool) -> None
     if body.k == 0:  # its interfaces are fixed in G
         for c in range(count):
             moved = frames[flexible.carrying[body.carried + c]]
-            hand_inward(frame, moved.r, moved.M, moved.H, moved.J, moved.f, moved.n)
+            hand_inward(frame, moved.r, Felt(moved.M, moved.H, moved.J, moved.f, moved.n))
         return
     G = frame.R
     M, f_of_G = _modes_give_way(body.linear, body.p)

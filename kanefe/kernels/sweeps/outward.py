@@ -13,7 +13,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import move
-from kanefe.kernels.joints.motion import put_motion, put_three, three
+from kanefe.kernels.joints.motion import Relative, put_motion, put_three, three
 from kanefe.kernels.scene import FlexibleSizes, Scene, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import combined, modal_state, transposed_product
 from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections
@@ -39,7 +39,7 @@ def sweep_outward(scene: Scene, state: State, work: Work, keeps: bool) -> None:
         if link.kind == Kind.INTERFACE:
             _move_interface(flexible, bodies[link.flexible], InterfaceLink(link), frame, parent, modal)
             continue
-        move(link, scene.tables.numbers, frame, parent, state.drives, q, u)
+        move(link, frame, parent, state, scene.tables.numbers)
         if link.flexible >= 0:
             body = bodies[link.flexible]
             is_kept = keeps and body.is_exact and is_as_before(ExactBeam(body), q, u)
@@ -98,7 +98,7 @@ def _move_interface(
         r, spin, bend = link.place + displacement, T @ rates, remainder + T @ twist
     G = parent.R
     frame.R, InterfaceFrame(frame).tangent = G @ A, T
-    put_motion(frame, parent, G @ r, G @ slide, G @ spin, G @ pull, G @ bend)
+    put_motion(frame, parent, G @ r, Relative(G @ slide, G @ spin, G @ pull, G @ bend))
 
 
 @entry()
