@@ -15,12 +15,11 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations
-from kanefe.kane.interactions import slip_rows
-from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.state import State
 from kanefe.literal.bearing_loads import with_consistent_loads
+from kanefe.literal.route import LiteralRoute
 from kanefe.loads.anchors import Anchor
+from kanefe.states.interactions import slip_rows
+from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import displacement_scales
 
@@ -113,7 +112,7 @@ def _held(free: State, groups: list[_Group], resting: np.ndarray, x: Vector, sli
     D, n = np.vstack([slip_rows(free, groups[i].number, groups[i].anchor) for i in resting]), free.model.free_count
     shares = np.concatenate([groups[i].anchor.shares for i in resting])
     D, b = shares[:, None] * D, shares * _slip_accelerations(free, groups)[chosen]
-    G = D[:, :n] @ unit_responses(free, D[:, :n].T)
+    G = D[:, :n] @ LiteralRoute(free.model).responses(free, D[:, :n].T)
     # in the roots of the springs' energies
     root = np.concatenate([np.full(len(groups[i].anchor.slip), np.sqrt(groups[i].anchor.stiffness)) for i in resting])
     stops = np.cumsum([len(groups[i].anchor.slip) for i in resting])
@@ -139,7 +138,7 @@ def _slip_accelerations(state: State, groups: list[_Group]) -> Vector:
 
     By differences of order 2 from states that follow. What does not touch there counts as at constant rates.
     """
-    model, du, found = state.model, accelerations(state), np.zeros(groups[-1].where.stop)
+    model, du, found = state.model, LiteralRoute(state.model).accelerations(state), np.zeros(groups[-1].where.stop)
     moment = MOMENT / max(1.0, float(np.abs(state.u / displacement_scales(model)).max(initial=0.0)))
     slips = []
     for later in (moment, 2.0 * moment):

@@ -10,11 +10,10 @@ import numpy as np
 from kanefe.equations.dependent_rows import dependent_rows
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.assemble import constrained_solver
-from kanefe.kane.constrained_solver import ConstrainedSolver
-from kanefe.kane.constraints import constraint_rates, held_rows
-from kanefe.kane.state import State
 from kanefe.literal.loop_closure import closed_coordinates
+from kanefe.states.constrained_solver import ConstrainedSolver, constrained_solver
+from kanefe.states.constraints import constraint_rates, held_rows
+from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
 from kanefe.tree.scales import displacement_scales, modal_frequencies

@@ -156,8 +156,8 @@ def _same_modes(ours: Any, theirs: Any) -> bool:
 def _check_closed(model: Model, t: float, q: Vector, u: Vector, z: Vector, what: str) -> None:
     if not model.constraints or model.has_unreduced:  # with unreduced bodies the run closes loops, or names open ones
         return
-    from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
-    from kanefe.kane.state import State
+    from kanefe.states.constraints import constraint_rates, constraint_residuals, held_rows
+    from kanefe.states.state import State
 
     state = State(model, t, q, u, z)
     full = state.full

@@ -20,8 +20,8 @@ from kanefe.tree.scales import scene_length
 if TYPE_CHECKING:
     from kanefe.joints.coordinate_force import CoordinateForce
     from kanefe.joints.joint_friction import JointFriction, RubbingSurfaces
-    from kanefe.kane.state import State
     from kanefe.loads.coordinate_friction import CoordinateFriction
+    from kanefe.states.state import State
 
 YIELD = 1e-7
 """Default deflection of an anchor at the friction limit, relative to the scene's length, or in rad: a tenth of what a
@@ -76,9 +76,9 @@ def _given_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction]
         return ()
     inertias, length = None, scene_length(model)
     if not model.has_unreduced and any(law.friction_damping is None for _, _, law in rubbing):
-        from kanefe.kane.assemble import mass_matrix
+        from kanefe.literal.route import LiteralRoute
 
-        inertias = np.diag(mass_matrix(_start(model, t)))
+        inertias = np.diag(LiteralRoute(model).masses(_start(model, t)))
     return [_given_friction(model.bodies[number], number, i, law, inertias, length) for number, i, law in rubbing]
 
 
@@ -127,11 +127,10 @@ def _loaded_frictions(model: ModelData, t: float) -> Sequence[CoordinateFriction
             f"friction from the load of the joint of {names} is not supported beside bodies that keep all degrees of "
             "freedom. Remedy: a reduction of these, or CoordinateForce(friction=...), which is given"
         )
-    from kanefe.kane.assemble import accelerations, mass_matrix
-    from kanefe.kane.reactions import joint_reactions
+    from kanefe.literal.route import LiteralRoute
 
-    state = _start(model, t)
-    inertias, reactions = np.diag(mass_matrix(state)), joint_reactions(state, accelerations(state))
+    state, literal = _start(model, t), LiteralRoute(model)
+    inertias, reactions = np.diag(literal.masses(state)), literal.reactions(state)
     carried = _carried_masses(model)
     found = []
     length = scene_length(model)
@@ -188,7 +187,7 @@ def _loaded_friction(
 
 
 def _start(model: ModelData, t: float) -> State:
-    from kanefe.kane.state import State
+    from kanefe.states.state import State
 
     return State(model, t, model.initial_coordinates, model.initial_speeds)
 

@@ -142,12 +142,9 @@ class Model(ModelData):
 
     def forces(self, t: float, y: Vector) -> Vector:
         """Return F of ``mass_matrix du = forces``, shape (free,) (Eq. 18), without those of constraints."""
-        from kanefe.kane.assemble import equations
-        from kanefe.kane.state import State
-
         self._check_dense(y, "the vector of forces")
-        state, n = State(self, t, *self.parts(y)), self.free_count
-        M, F = equations(state)
+        state, n = self.literal.view(t, y), self.free_count
+        M, F = self.literal.system(state)
         return F[:n] - M[:n, n:] @ state.driven_rates
 
     def energy(self, t: float, y: Vector) -> MechanicalEnergy:

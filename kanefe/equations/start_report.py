@@ -9,8 +9,8 @@ import numpy as np
 
 from kanefe.errors import outside
 from kanefe.frames import Vector, multiply, rotation_vector
-from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
-from kanefe.kane.state import State
+from kanefe.states.constraints import constraint_rates, constraint_residuals, held_rows
+from kanefe.states.state import State
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route

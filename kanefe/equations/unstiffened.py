@@ -22,7 +22,7 @@ import numpy as np
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.errors import outside
 from kanefe.frames import Matrix, Vector, cross
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import ModelData

@@ -165,7 +165,7 @@ class Instant(Reader):
                 f"{known}"
             )
         frame = model.flexible_terms(body).body.interface(interface) if interface else None
-        from kanefe.kane.rigid_contacts.impulses import struck_speeds
+        from kanefe.literal.impulses import struck_speeds
 
         given = ("impulse", impulse), ("point", point), ("moment", moment)
         hit, where, about = (three(value, f"the {what} of an impulse on {body!r}") for what, value in given)

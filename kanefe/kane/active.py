@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from kanefe.frames import Vector
-from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state, interface_motion
+from kanefe.states.kinematics import FrameMotion, elastic_partial_rates, elastic_state, interface_motion
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 
 if TYPE_CHECKING:
-    from kanefe.kane.state import State
     from kanefe.loads.point_load import PointLoad
+    from kanefe.states.state import State
 
 
 def elastic_forces(terms: FlexibleTerms, eta: Vector, deta: Vector) -> Vector:

@@ -7,19 +7,16 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.active import add_loads, elastic_forces
-from kanefe.kane.constrained_solver import ConstrainedSolver
-from kanefe.kane.constraints import constraint_rates, force_rows, held_rows
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia, rigid_masses
-from kanefe.kane.interactions import add_interactions
-from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates, elastic_state
-from kanefe.kane.state import State, once
-from kanefe.storage.scipy_later import scipy
+from kanefe.states.constrained_solver import ConstrainedSolver, constrained_solver, solve_positive_definite
+from kanefe.states.constraints import constraint_rates, force_rows, held_rows
+from kanefe.states.interactions import add_interactions
+from kanefe.states.kinematics import FrameMotion, elastic_partial_rates, elastic_state
+from kanefe.states.state import State, once
 from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.row_rates import PIVOT_TOLERANCE, Rates
 
 Inertia = Callable[[FlexibleTerms, FrameMotion, Vector, Vector, Vector], tuple[Matrix, Vector]]
 
@@ -106,29 +103,6 @@ def mass_at_start(model: ModelData, t: float) -> Matrix:
     return kept[1]
 
 
-def solve_positive_definite(model: ModelData, M: Matrix, F: Vector) -> Vector:
-    """Return ``M^-1 F``; a singular mass matrix is an error that names the speeds without inertia."""
-    if not len(F):
-        return F
-    factor, solution, failed_at = scipy.linalg.lapack.dposv(M, F)  # scipy's own solve takes twice the time, for checks
-    if failed_at or np.any(np.diag(factor) ** 2 <= PIVOT_TOLERANCE * np.diag(M)):
-        raise singular_mass(model, M)
-    return np.asarray(solution)
-
-
-def singular_mass(model: ModelData, M: Matrix) -> SimulationError:
-    """Return the error that a mass matrix without an inverse deserves: it names the speeds without inertia."""
-    if not np.all(np.isfinite(M)):
-        return SimulationError("the motion has grown without bound. Remedy: check the loads, or tighten rtol")
-    _, vectors = np.linalg.eigh(M)
-    names = model.speed_names()
-    guilty = ", ".join(names[i] for i in np.argsort(-abs(vectors[:, 0]))[:3] if abs(vectors[i, 0]) > 0.1)
-    return SimulationError(
-        f"the mass matrix is singular: nothing has inertia along {guilty}. "
-        "Remedy: give a body there a mass or inertia, or fix the joint"
-    )
-
-
 @once
 def accelerations(state: State) -> Vector:
     """Return du of the free speeds (Eq. 18), shape (free,): fixed rows deleted, driven ones known, loops held."""
@@ -160,11 +134,3 @@ def held_accelerations(state: State) -> tuple[Vector, Vector, float]:
     M, F = equations(state)
     known = rows.remainder + rows.J[:, n:] @ state.driven_rates
     return *solver.solve(F[:n] - M[:n, n:] @ state.driven_rates, known), solver.weakest
-
-
-def constrained_solver(model: ModelData, M: Matrix, rates: Rates, forces: Matrix | None = None) -> ConstrainedSolver:
-    """Return the solver for M and rows over the free speeds; an error names speeds that nothing has inertia along."""
-    try:
-        return ConstrainedSolver(M, rates, forces)
-    except np.linalg.LinAlgError:
-        raise singular_mass(model, M) from None

@@ -13,13 +13,14 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, skew
 from kanefe.kane.assemble import equations
-from kanefe.kane.kinematics import FrameMotion, interface_motion
-from kanefe.kane.rigid_contacts.contact_shares import constraint_forces
+from kanefe.kane.contact_shares import constraint_forces
+from kanefe.states.interactions import unit_wrenches
+from kanefe.states.kinematics import FrameMotion, interface_motion
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
-    from kanefe.kane.state import State
+    from kanefe.states.state import State
 
 
 def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], wrenches_G: list[Matrix]) -> Matrix:
@@ -42,19 +43,6 @@ def coupling_matrix(A_RG: Matrix, positions_R: list[Vector], wrenches_G: list[Ma
         force, moment = A_RG @ wrench[:3], A_RG @ wrench[3:]
         blocks.append(np.vstack((force, skew(r) @ force + moment)))
     return np.hstack(blocks)
-
-
-def unit_wrenches(components: tuple[int, ...], tangent: Matrix, axes: Matrix) -> Matrix:
-    """Return force and moment in axes of G of unit coupling forces of one interface, shape (6, forces).
-
-    Forces are along the axes of the interface, columns of A. A moment holds one slope, theta_i of ``theta = A
-    theta_n``, and does no work on the others: with ``w = T dtheta`` it is column i of T^-T A, the axis itself while the
-    released slopes are small.
-    """
-    full = np.zeros((6, 6))
-    full[:3, :3] = axes
-    full[3:, 3:] = np.linalg.solve(tangent.T, axes)
-    return full[:, list(components)]
 
 
 def carrier_frame(state: State, body: BodyTerms, terms: FlexibleTerms, G: FrameMotion) -> FrameMotion:

@@ -7,9 +7,9 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kane.active import loaded_frames
 from kanefe.kane.assemble import equations, mass_matrix
+from kanefe.kane.contact_shares import constraint_forces
 from kanefe.kane.inertia import inertia_in_frame
-from kanefe.kane.rigid_contacts.contact_shares import constraint_forces
-from kanefe.kane.state import State, actions, once
+from kanefe.states.state import State, actions, once
 
 
 @once

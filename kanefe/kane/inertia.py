@@ -15,7 +15,7 @@ from kanefe.bodies.rigid import RigidMass
 from kanefe.bodies.wet_moments import WetMoments
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.frames import Matrix, Vector, cross, skew, skews
-from kanefe.kane.kinematics import FrameMotion, elastic_partial_rates
+from kanefe.states.kinematics import FrameMotion, elastic_partial_rates
 from kanefe.tree.body_terms import FlexibleTerms
 
 if TYPE_CHECKING:

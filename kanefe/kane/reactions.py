@@ -9,12 +9,12 @@ import numpy as np
 
 from kanefe.frames import Vector, cross
 from kanefe.kane.active import loaded_frames
-from kanefe.kane.constraints import HeldWrench, held_rows, marker_wrenches
+from kanefe.kane.contact_shares import shared_forces
 from kanefe.kane.inertia import inertia_in_frame
-from kanefe.kane.interactions import MarkerWrench, load_wrenches
-from kanefe.kane.kinematics import FrameMotion
-from kanefe.kane.rigid_contacts.contact_shares import shared_forces
-from kanefe.kane.state import State, once
+from kanefe.states.constraints import HeldWrench, held_rows, marker_wrenches
+from kanefe.states.interactions import MarkerWrench, load_wrenches
+from kanefe.states.kinematics import FrameMotion
+from kanefe.states.state import State, once
 from kanefe.tree.body_terms import BodyTerms
 
 

@@ -11,12 +11,12 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.active import elastic_forces
 from kanefe.kane.inertia import flexible_inertia
-from kanefe.kane.interactions import generalised_force
-from kanefe.kane.kinematics import elastic_state
-from kanefe.kane.state import State, once
 from kanefe.linear.tangents import tangent_names
 from kanefe.linear.unit_forces import scene_load_columns
 from kanefe.loads.coordinate_friction import CoordinateFriction
+from kanefe.states.interactions import generalised_force
+from kanefe.states.kinematics import elastic_state
+from kanefe.states.state import State, once
 from kanefe.tree.load_names import scene_loads
 
 if TYPE_CHECKING:

@@ -10,11 +10,10 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
-from kanefe.kane.assemble import assemble
-from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive
 from kanefe.linear.unit_forces import carrier, scene_load_columns
 from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
+from kanefe.states.state import State
 from kanefe.tree.load_names import named_loads
 
 if TYPE_CHECKING:
@@ -105,10 +104,10 @@ def _gravity(model: Model, t: float, q: Vector, u: Vector, name: str, axis: str)
     if axis not in ("", *AXES):
         raise ModelError(f"input {name!r}: {axis!r} is not an axis. Remedy: gravity x, gravity y or gravity z")
     n = model.free_count
-    _, still = assemble(State(replace(model, gravity=np.zeros(3)), t, q, u))
+    _, still = model.literal.system(State(replace(model, gravity=np.zeros(3)), t, q, u))
     found = []
     for letter, i in AXES.items():
         if axis in ("", letter):
-            _, pulled = assemble(State(replace(model, gravity=np.eye(3)[i].copy()), t, q, u))
+            _, pulled = model.literal.system(State(replace(model, gravity=np.eye(3)[i].copy()), t, q, u))
             found.append(Input(name if axis else f"{name} {letter}", KINDS["gravity"], (pulled - still)[:n]))
     return found

@@ -10,11 +10,11 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.kinematics import FrameMotion
-from kanefe.kane.state import State
 from kanefe.linear.small_motions import Directions, Moved, SmallMotions
 from kanefe.linear.tangents import difference
 from kanefe.scene.targets import AXES, Named, Target, asked_for, axis_vector, joint_entry, target_of
+from kanefe.states.kinematics import FrameMotion
+from kanefe.states.state import State
 
 KINDS = {
     "position": "m",

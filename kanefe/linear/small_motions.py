@@ -23,14 +23,13 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import accelerations
-from kanefe.kane.constraints import constraint_rates, place_rows
-from kanefe.kane.state import State
 from kanefe.linear.displaced_drives import Drive, Shift, shifted
 from kanefe.linear.independent import Independent, all_of, independent
 from kanefe.linear.losses import Arms, arms_of, structural_forces
 from kanefe.linear.overflow import refuse_overflow
 from kanefe.linear.tangents import Derivatives, difference, tangent_steps, turning
+from kanefe.states.constraints import constraint_rates, place_rows
+from kanefe.states.state import State
 
 
 class Moved(NamedTuple):
@@ -196,7 +195,7 @@ class SmallMotions:
 
             def rate(h: float, column: int = int(i)) -> Vector:
                 state = self.moved(along, column, h)
-                return accelerations(State(state.model, self.t, state.q, state.u))
+                return self.model.literal.accelerations(State(state.model, self.t, state.q, state.u))
 
             found[:n, i] = difference(rate, steps[i])
         return found

@@ -9,11 +9,11 @@ import numpy as np
 
 from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.interactions import generalised_force
-from kanefe.kane.kinematics import elastic_partial_rates, elastic_state
-from kanefe.kane.state import State
 from kanefe.loads.functions import Constant
 from kanefe.loads.valued_load import ValuedLoad
+from kanefe.states.interactions import generalised_force
+from kanefe.states.kinematics import elastic_partial_rates, elastic_state
+from kanefe.states.state import State
 from kanefe.tree.load_names import scene_loads
 from kanefe.tree.model_data import ModelData
 

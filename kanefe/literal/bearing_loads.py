@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.frames import Vector
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.reactions import joint_reactions
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
 
 MOST_ROUNDS = 60

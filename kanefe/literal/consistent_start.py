@@ -14,11 +14,12 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import constraint_rates, held_rows
-from kanefe.kane.state import State
+from kanefe.kane.assemble import mass_matrix
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, TOLERANCE
 from kanefe.literal.loop_closure import Position, StepOf, by_metric, closed, open_constraints, openings
+from kanefe.states.constrained_solver import constrained_solver
+from kanefe.states.constraints import constraint_rates, held_rows
+from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.row_rates import RANK_TOLERANCE, ROUND_OFF, Rates
 from kanefe.tree.scales import displacement_scales, modal_frequencies

@@ -8,10 +8,10 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.constraints import meetings
-from kanefe.kane.rigid_contacts.contact_forces import margins, probe_jacobian
-from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.state import State
+from kanefe.literal.contact_forces import margins, probe_jacobian
+from kanefe.literal.impulses import unit_responses
+from kanefe.states.constraints import meetings
+from kanefe.states.state import State
 from kanefe.tree.contact_changes import Responses
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.rigid_points import points_of_contacts

@@ -17,13 +17,13 @@ from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, REPORTED_CHANGES, 
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.constraints import meetings
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
-from kanefe.kane.rigid_contacts.contact_forces import probe_jacobian
-from kanefe.kane.rigid_contacts.impulses import unit_responses
-from kanefe.kane.state import State
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
+from kanefe.literal.contact_forces import probe_jacobian
+from kanefe.literal.impulses import unit_responses
 from kanefe.literal.loop_closure import project_positions, project_speeds
+from kanefe.states.constraints import meetings
+from kanefe.states.state import State
 from kanefe.tree.contact_steps import Stepped, struck
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.rigid_points import points_of_contacts

@@ -12,9 +12,7 @@ import numpy as np
 
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows, place_rows
-from kanefe.kane.state import State
+from kanefe.kane.assemble import mass_matrix
 from kanefe.kernels.constraints.tolerances import (
     LARGEST_ITERATIONS,
     LARGEST_OPENING,
@@ -22,6 +20,9 @@ from kanefe.kernels.constraints.tolerances import (
     MOST_HALVINGS,
     TOLERANCE,
 )
+from kanefe.states.constrained_solver import constrained_solver
+from kanefe.states.constraints import constraint_rates, constraint_residuals, held_rows, place_rows
+from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import joint_scales, scene_length
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.state import State, actions
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.loads.base import Load
+from kanefe.states.state import State, actions
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form, MethodNeeds, Obstacle, PreparedRun, WatchedEvents
@@ -99,9 +99,33 @@ class LiteralRoute:
 
     def responses(self, state: State, F: Matrix) -> Matrix:
         """Return the accelerations of the free speeds (free, k) that forces on them (free, k) add; loops hold."""
-        from kanefe.kane.rigid_contacts.impulses import unit_responses
+        from kanefe.literal.impulses import unit_responses
 
         return unit_responses(state, F)
+
+    def accelerations(self, state: State) -> Vector:
+        """Return du of the free speeds at a state, (free,) (Eq. 18)."""
+        from kanefe.kane.assemble import accelerations
+
+        return accelerations(state)
+
+    def system(self, state: State) -> tuple[Matrix, Vector]:
+        """Return M_sys and F_sys over the speeds that a state spans (Eq. 10, 18)."""
+        from kanefe.kane.assemble import equations
+
+        return equations(state)
+
+    def masses(self, state: State) -> Matrix:
+        """Return M_sys alone, without evaluating loads."""
+        from kanefe.kane.assemble import mass_matrix
+
+        return mass_matrix(state)
+
+    def reactions(self, state: State) -> list[Vector]:
+        """Return what each joint exerts on its body at a state, (6,): see `kanefe.kane.reactions`."""
+        from kanefe.kane.reactions import joint_reactions
+
+        return joint_reactions(state, self.accelerations(state))
 
     def open_loops(self, t: float, q: Vector, z: Vector) -> tuple[float, str]:
         """Return how far the most open constraint that holds is open, relative to the scene, and the names of such."""
@@ -118,7 +142,7 @@ class LiteralRoute:
 
     def tangents(self, state: State) -> tuple[Matrix, Matrix]:
         """Return stiffness and damping over the free speeds at a state."""
-        from kanefe.kane.tangents import current_tangents
+        from kanefe.states.tangents import current_tangents
         from kanefe.tree.tangents import constant_tangents
 
         return current_tangents(state, *constant_tangents(self.model))
@@ -162,7 +186,7 @@ class LiteralRoute:
         for i, load in enumerate(started):
             check_start(load, t, state.load_ends(i))
         if model.rigid_contacts:
-            from kanefe.kane.rigid_contacts.contact_forces import check_movable
+            from kanefe.literal.contact_forces import check_movable
 
             for number in range(len(model.rigid_contacts)):
                 check_movable(state, model.rigid_contact(number))
@@ -171,11 +195,11 @@ class LiteralRoute:
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; near a singular position those of the nearest one whose loops are closed."""
         from kanefe.kane.assemble import accelerations, held_accelerations
-        from kanefe.kane.constraints import held_rows
+        from kanefe.states.constraints import held_rows
 
         state, weakest = self.view(t, y), 1.0
         if self.model.rigid_contacts:
-            from kanefe.kane.rigid_contacts.contact_forces import check_determined
+            from kanefe.literal.contact_forces import check_determined
 
             check_determined(state)
         if self.model.is_constrained and held_rows(state):
@@ -295,7 +319,7 @@ def powers(state: State, du: Vector) -> Vector:
 
     found = np.array((dissipated_power(state), load_power(state) + drive_power(state, du)))
     if state.model.rigid_contacts:
-        from kanefe.kane.rigid_contacts.contact_forces import friction_powers
+        from kanefe.literal.contact_forces import friction_powers
 
         found += friction_powers(state)
     return found
@@ -310,7 +334,7 @@ def state_rates(state: State) -> Vector:
         if len(action.rates):
             rates[where] = action.rates
     if state.model.rigid_contacts:
-        from kanefe.kane.rigid_contacts.contact_forces import contact_rates
+        from kanefe.literal.contact_forces import contact_rates
 
         contact_rates(state, rates)
     add_load_rates(state, rates)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple, Self
 import numpy as np
 
 from kanefe.frames import Matrix, Vector, cross, moved_to
-from kanefe.kane.coupling import recovered_forces, unit_wrenches
+from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.reactions import gear_forces, held_wrenches, joint_reactions, loop_forces
-from kanefe.kane.state import State
+from kanefe.states.interactions import unit_wrenches
+from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.neighbours import BODY, FORCE, LOAD, LOOP, InterfacePart, Source, parts_of
 
@@ -94,7 +95,7 @@ class LiteralForces:
     @cached_property
     def _contacts(self) -> list[tuple[list[Vector], list[Matrix]]]:
         """Outputs of all rigid contacts, and of their points."""
-        from kanefe.kane.rigid_contacts.contact_forces import rigid_point_outputs, told
+        from kanefe.literal.contact_forces import rigid_point_outputs, told
 
         numbers = range(len(self._model.rigid_contacts))
         return [

@@ -17,7 +17,7 @@ from kanefe.bodies.flexible import InterfaceFrame
 from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.frames import Matrix, skews
-from kanefe.kane.coupling import unit_wrenches
+from kanefe.states.interactions import unit_wrenches
 from kanefe.tree.body_terms import FlexibleTerms, static_transfer
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.run_sweeps import FrameMotions

@@ -314,7 +314,7 @@ class OrderN(SceneInTables):
 
     def _check_determined(self, t: float, y: Vector, least: float) -> None:
         if self.model.rigid_contacts and np.all(np.isfinite(y)):
-            from kanefe.kane.rigid_contacts.contact_forces import check_determined
+            from kanefe.literal.contact_forces import check_determined
 
             check_determined(self.view(t, y), max(least, LEAST_GAIN))
 
@@ -361,13 +361,11 @@ class OrderN(SceneInTables):
         """Raise the error of the literal route for a state at which the sweep failed."""
         q, u, z = self.parts(y)
         if all(np.all(np.abs(x) < GROWN) for x in (q, u)):
-            from kanefe.kane.assemble import accelerations
-            from kanefe.kane.state import State
             from kanefe.tree.bent import bent_too_far
 
             if bent := bent_too_far(self, t, q, u):
                 raise SimulationError(f"at t = {t:.6g} s {bent}")
-            accelerations(State(self.model, t, q, u, z))
+            self.accelerations(self.at(t, q, u, z))
         raise SimulationError(
             f"the equations of motion have no finite solution at t = {t:.6g} s. "
             "Remedy: check the loads for growth without bound, or take smaller steps"

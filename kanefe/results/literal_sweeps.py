@@ -10,9 +10,9 @@ import numpy as np
 
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, euler_parameters_from_matrices
-from kanefe.kane.kinematics import FrameMotion
-from kanefe.kane.state import State
 from kanefe.literal.run_forces import LiteralForces
+from kanefe.states.kinematics import FrameMotion
+from kanefe.states.state import State
 from kanefe.tree.run_sweeps import FrameMotions, OutputFunction
 
 if TYPE_CHECKING:

@@ -164,7 +164,7 @@ class Evaluates(Protocol):
         ...
 
     def acting(self, t: float, y: Vector, du: Vector) -> tuple[Any, Vector]:
-        """Return a literal state, `kanefe.kane.state.State`, of a scene with the same loads, and its accelerations."""
+        """Return a state, `kanefe.states.state.State`, of a scene with the same loads, and its accelerations."""
         ...
 
 
@@ -317,7 +317,7 @@ class Route(Evaluates, Protocol):
         ...
 
     def view(self, t: float, y: Vector) -> Any:
-        """Return a literal state, `kanefe.kane.state.State`, of a scene with the same motion of frames."""
+        """Return a state, `kanefe.states.state.State`, of a scene with the same motion of frames."""
         ...
 
     def widened(self, partial: Matrix) -> Matrix:

@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import constrained_solver, singular_mass
+from kanefe.states.constrained_solver import constrained_solver, singular_mass
 from kanefe.storage.scipy_later import scipy
 
 if TYPE_CHECKING:
     from kanefe.fe_model.factorise import Factorisation
-    from kanefe.kane.constrained_solver import ConstrainedSolver
-    from kanefe.kane.kinematics import FrameMotion
+    from kanefe.states.constrained_solver import ConstrainedSolver
+    from kanefe.states.kinematics import FrameMotion
     from kanefe.tree.row_rates import Rates
     from kanefe.unreduced.condensed import Condensed, Substructure
 

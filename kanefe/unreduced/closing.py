@@ -9,9 +9,9 @@ import numpy as np
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.constraints import constraint_rates, constraint_residuals, held_rows
 from kanefe.kernels.constraints.tolerances import LARGEST_OPENING, TOLERANCE
 from kanefe.literal.consistent_start import consistent_start
+from kanefe.states.constraints import constraint_rates, constraint_residuals, held_rows
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
 from kanefe.unreduced.condensed import Condensed, FrozenMoments

@@ -20,14 +20,14 @@ from kanefe.bodies.unreduced import UnreducedBody
 from kanefe.constraints.rows import Constraint, CouplerRow
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.inertia import flexible_inertia
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.storage.scipy_later import scipy, sp
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 from kanefe.tree.model_data import ModelData
 
 if TYPE_CHECKING:
-    from kanefe.kane.kinematics import FrameMotion
     from kanefe.loads.field_load import FieldLoad
+    from kanefe.states.kinematics import FrameMotion
 
 
 class FrozenMoments:

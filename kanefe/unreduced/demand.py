@@ -12,7 +12,7 @@ from kanefe.tree.scene_state import SceneState
 from kanefe.unreduced.condensed import FrozenMoments, Substructure
 
 if TYPE_CHECKING:
-    from kanefe.kane.kinematics import FrameMotion
+    from kanefe.states.kinematics import FrameMotion
 
 Own = tuple[Vector, Vector, Vector]
 """Coordinates of a substructure, their rates and their accelerations, each (k,)."""

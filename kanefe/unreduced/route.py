@@ -15,12 +15,12 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import assemble
-from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.energy import dissipated_power, drive_power, elastic_energy, gravity_energy, kinetic_energy, load_power
 from kanefe.kane.energy import momenta as twin_momenta
-from kanefe.kane.state import State
 from kanefe.literal.route import LiteralRoute, state_rates
 from kanefe.loads.base import Load
+from kanefe.states.constraints import constraint_rates
+from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.model_outputs import MechanicalEnergy
 from kanefe.tree.route import Evaluation, Form

@@ -8,9 +8,9 @@ from kanefe.equations.start_report import StartWarning
 from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
-from kanefe.kane.constraints import constraint_rates, constraint_residuals
-from kanefe.kane.state import State
 from kanefe.literal.consistent_start import consistent_start
+from kanefe.states.constraints import constraint_rates, constraint_residuals
+from kanefe.states.state import State
 from loop_scenes import four_bar, marker_place, parallelogram, spatial_loop
 from random_starts import slender
 from robustness import overconstrained

@@ -14,8 +14,8 @@ import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.kane.active import elastic_forces
 from kanefe.kane.energy import dissipated_power
-from kanefe.kane.state import State
 from kanefe.reduction import flexible_body
+from kanefe.states.state import State
 from scenes import flexible_scene, lattice_body, lattice_model, random_state
 
 CB = kf.CraigBampton(modes=3)

@@ -16,8 +16,8 @@ from kanefe.fe_model.model import FiniteElementModel, NodeGroup, rigid_motion
 from kanefe.fe_model.ties import tie_interfaces
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
 from kanefe.reduction import flexible_body
+from kanefe.states.state import State
 from kanefe.tree.scene_state import SceneState
 from scenes import lattice_body, lattice_model, random_state
 

@@ -5,7 +5,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.kane.energy import kinetic_energy
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from loop_scenes import four_bar, spatial_loop
 from scenes import lattice_body
 

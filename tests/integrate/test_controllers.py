@@ -12,7 +12,7 @@ import pytest
 import kanefe as kf
 from kanefe.integrate.auto.explicit_rates import look_at_state
 from kanefe.integrate.auto.trials import Stretch, went_over
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 from steel_beams import steel_bar
 

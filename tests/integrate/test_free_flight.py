@@ -15,8 +15,8 @@ from kanefe.equations.model import Model
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
-from kanefe.kane.state import State
 from kanefe.scene.scene import RigidBody
+from kanefe.states.state import State
 from scenes import lattice_body, random_inertia, random_state
 
 SPAN = 0.35

@@ -13,7 +13,7 @@ from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.kane.energy import kinetic_energy, momenta
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from run_scenes import ADAPTIVE, PLUGGED, SCENES, double_pendulum, soft_arm, tumbling
 from scenes import lattice_body
 from steel_beams import steel_bar

@@ -34,8 +34,8 @@ from kanefe.kane.coupling import (
 )
 from kanefe.kane.energy import momenta
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities, rigid_inertia
-from kanefe.kane.kinematics import FrameMotion, sweep_outward
-from kanefe.kane.state import State
+from kanefe.states.kinematics import FrameMotion, sweep_outward
+from kanefe.states.state import State
 from scenes import derivatives, flexible_scene, lattice_body, lattice_model, random_inertia, random_state, unit_axis
 
 ROUND_OFF = 1e-13

@@ -13,12 +13,13 @@ from kanefe.equations.model import Model
 from kanefe.fe_model.damping import RayleighDamping
 from kanefe.frames import rotation_matrix, skew
 from kanefe.kane.assemble import accelerations, assemble
-from kanefe.kane.coupling import accelerations_and_coupling_forces, coupling_matrix, recovered_forces, unit_wrenches
+from kanefe.kane.coupling import accelerations_and_coupling_forces, coupling_matrix, recovered_forces
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities
-from kanefe.kane.kinematics import interface_motion, sweep_outward
 from kanefe.kane.reactions import joint_reactions, moved_wrench
-from kanefe.kane.state import State
 from kanefe.scene.scene import FlexibleMember
+from kanefe.states.interactions import unit_wrenches
+from kanefe.states.kinematics import interface_motion, sweep_outward
+from kanefe.states.state import State
 from scenes import (
     chain_scene,
     derivatives,

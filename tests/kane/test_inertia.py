@@ -14,9 +14,9 @@ from kanefe.kane.assemble import assemble
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import kinetic_energy
 from kanefe.kane.inertia import flexible_inertia_from_nodes
-from kanefe.kane.kinematics import sweep_outward
-from kanefe.kane.state import State
 from kanefe.reduction import flexible_body
+from kanefe.states.kinematics import sweep_outward
+from kanefe.states.state import State
 from kanefe_fem.beams.body import beam_model, straight_beam
 from kanefe_fem.beams.sections import Rectangle, Tube
 from kanefe_fem.materials.isotropic import Material

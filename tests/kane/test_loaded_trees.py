@@ -13,7 +13,7 @@ from kanefe.kane.assemble import accelerations
 from kanefe.kane.coupling import accelerations_and_coupling_forces, recovered_forces
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.reactions import joint_reactions
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from loaded_scenes import T, add_connections, add_controls, all_momenta, along, everything, total_energy, tree
 from scenes import random_state
 

@@ -10,13 +10,13 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.stepper import StepControl
 from kanefe.kane.assemble import accelerations, assemble, held_accelerations
-from kanefe.kane.constraints import constraint_rates, constraint_residuals
 from kanefe.kane.energy import momenta
-from kanefe.kane.kinematics import sweep_outward
 from kanefe.kane.reactions import joint_reactions, loop_forces
-from kanefe.kane.state import State
 from kanefe.literal.loop_closure import project_positions, project_speeds
 from kanefe.scene.scene import Frame
+from kanefe.states.constraints import constraint_rates, constraint_residuals
+from kanefe.states.kinematics import sweep_outward
+from kanefe.states.state import State
 from loop_scenes import four_bar, four_bars, marker_place, parallelogram, spatial_loop
 from scenes import derivatives, lattice_body, random_inertia
 

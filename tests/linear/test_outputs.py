@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.kane import state as states
 from kanefe.linear.inputs import inputs_of
 from kanefe.linear.linearisation import input_directions
 from kanefe.linear.outputs import output_rows, outputs_of
 from kanefe.linear.small_motions import SmallMotions
+from kanefe.states import state as states
 from loop_scenes import four_bars, spatial_loop
 from scenes import flexible_scene, floating_scene, random_state
 

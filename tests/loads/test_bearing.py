@@ -10,7 +10,7 @@ import pytest
 import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
+from kanefe.states.state import State
 
 
 def coefficients(rng: np.random.Generator, drag: bool) -> tuple[np.ndarray, np.ndarray]:

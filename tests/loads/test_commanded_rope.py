@@ -112,7 +112,7 @@ def test_a_balance_that_a_wrong_work_would_not_close():
 
 def _power(model, t, y):
     """Return how fast the rope stores energy, W: what is given less what it takes and does on its ends."""
-    from kanefe.kane.state import actions
+    from kanefe.states.state import actions
 
     state = model.literal.view(t, y)
     (done,) = actions(state)

@@ -18,8 +18,8 @@ from kanefe.kane.assemble import accelerations, assemble
 from kanefe.kane.coupling import accelerations_and_coupling_forces, recovered_forces
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, load_power
 from kanefe.kane.reactions import joint_reactions
-from kanefe.kane.state import State
 from kanefe.reduction import flexible_body
+from kanefe.states.state import State
 from scenes import derivatives, lattice_model, path, random_inertia, random_state, unit_axis
 
 T = 0.2

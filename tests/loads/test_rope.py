@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.kane.state import actions
+from kanefe.states.state import actions
 
 
 def lifted(**options):

@@ -14,7 +14,7 @@ from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import rotation_matrix
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import elastic_energy
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from scenes import derivatives, lattice_body
 
 

@@ -13,9 +13,9 @@ import pytest
 import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.kane.assemble import assemble
-from kanefe.kane.kinematics import interface_motion, sweep_outward
-from kanefe.kane.state import State
 from kanefe.loads.functions import takes_state
+from kanefe.states.kinematics import interface_motion, sweep_outward
+from kanefe.states.state import State
 from kanefe.tree.scene_state import SceneState
 from loaded_scenes import tree
 from scenes import chain_scene, flexible_scene, random_state

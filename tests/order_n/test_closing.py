@@ -15,11 +15,11 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
 from kanefe.kane import assemble
 from kanefe.kane.assemble import held_accelerations
-from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR, TOLERANCE
 from kanefe.literal import loop_closure as assembly
 from kanefe.literal.loop_closure import project_positions, project_speeds
+from kanefe.states.constraints import constraint_rates
+from kanefe.states.state import State
 from kanefe.tree.tangents import constant_tangents
 from loop_scenes import four_bar, parallelogram, sprung_loop
 from random_loops import LoopScene, closed_state

@@ -10,15 +10,15 @@ import pytest
 import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.kane.assemble import held_accelerations
-from kanefe.kane.constraints import constraint_rates
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
-from kanefe.kane.state import State
 from kanefe.kernels.constraints.closing import CLOSED, closing_memory_size
 from kanefe.kernels.constraints.loop_tables import RowWork
 from kanefe.kernels.constraints.row_paths import Meetings
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.literal.loop_closure import openings, project_positions
 from kanefe.order_n.route import OrderN
+from kanefe.states.constraints import constraint_rates
+from kanefe.states.state import State
 from kanefe.tree.model_data import QUADRATURES
 from loop_scenes import bent_four_bars, four_bar, four_bars, geared_bars, nested_loops
 

@@ -9,7 +9,7 @@ import kanefe as kf
 from exact_lines import random_beam
 from kanefe.equations.model import Model
 from kanefe.kane import assemble
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from loop_scenes import four_bars
 from order_n_rates import T, order_n
 from random_loops import LoopScene

@@ -24,10 +24,10 @@ from kanefe.kane.assemble import accelerations, held_accelerations
 from kanefe.kane.coupling import recovered_forces
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
 from kanefe.kane.reactions import joint_reactions
-from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.literal.loop_closure import project_positions, project_speeds
 from kanefe.order_n.planar_route import PlanarRoute
+from kanefe.states.state import State
 from kanefe.tree.bent import bent_too_far
 from loop_scenes import spatial_loop
 from order_n_rates import T, order_n, rates_of_recipes

@@ -11,7 +11,6 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
 from kanefe.kernels.evaluation.evaluation import ASKED
 from kanefe.kernels.planar.evaluation import evaluate_planar, planar_memory_size
 from kanefe.kernels.planar.layout import FLOAT, KIND, PlanarTables
@@ -19,6 +18,7 @@ from kanefe.kernels.steppers.step_commands import NOT_FINITE
 from kanefe.order_n.planar_route import PlanarRoute
 from kanefe.order_n.route import OrderN
 from kanefe.order_n.tables.planar_tables import planar_tables
+from kanefe.states.state import State
 from random_scenes import Recipe, planar_model
 from scenes import lattice_body, random_state
 

@@ -19,11 +19,11 @@ import kanefe.results.literal_sweeps
 from kanefe.equations.model import Model
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
 from kanefe.kernels.bodies import ModalBody
 from kanefe.kernels.values.records import column
 from kanefe.literal.route import LiteralRoute
 from kanefe.order_n.route import OrderN
+from kanefe.states.state import State
 from order_n_rates import order_n
 from repository import surroundings
 from scenes import lattice_body, random_inertia, random_state, unit_axis

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 
 import kanefe as kf
-from kanefe.kane.state import State
 from kanefe.order_n.swept_state import MotionsKernel
+from kanefe.states.state import State
 from random_scenes import Recipe, random_model, recipes
 from scenes import random_state
 

@@ -119,7 +119,7 @@ NOT_OF_TREES = (
     "kanefe.contact.",
     "kanefe.integrate.checkpoint",
     "kanefe.literal.contact_instant",
-    "kanefe.kane.rigid_contacts.contact_forces",
+    "kanefe.literal.contact_forces",
     "kanefe.literal.impact_steps",
     "kanefe.loads.bushing",
     "kanefe.loads.coordinate_friction",
@@ -138,7 +138,7 @@ NOT_OF_RIGID = (
     "kanefe.fe_model",
     "kanefe.integrate",
     "kanefe.kane.assemble",
-    "kanefe.kane.constraints",
+    "kanefe.states.constraints",
     "kanefe.literal.consistent_start",
     "kanefe.literal.loop_closure",
     "kanefe.loads.controller",
@@ -167,7 +167,7 @@ def test_a_run_with_a_spring_imports_no_contacts() -> None:
     run = "scene.simulate((0.0, 0.01))\nprint(*sorted(sys.modules))"
     loaded = loaded_by(SPATIAL.partition("model =")[0] + spring + run)
     assert "kanefe.loads.spring" in loaded
-    of_contacts = "kanefe.contact.", "kanefe.kernels.contact.laws", "kanefe.kane.rigid_contacts.impulses"
+    of_contacts = "kanefe.contact.", "kanefe.kernels.contact.laws", "kanefe.literal.impulses"
     assert not [name for name in loaded if name.startswith(of_contacts)]
 
 

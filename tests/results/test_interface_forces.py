@@ -14,10 +14,10 @@ import kanefe as kf
 from balances import imbalances
 from kanefe.frames import rotation_matrix
 from kanefe.instants.instant import Instant
-from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.reduction import build
 from kanefe.results.channels import RunChannels
+from kanefe.states.state import State
 from random_loops import LoopScene, closed_state
 from random_scenes import Recipe
 from scenes import lattice_body, random_state

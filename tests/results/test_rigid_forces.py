@@ -17,8 +17,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import rotation_matrices
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.rigid_contacts.contact_forces import check_determined, told
-from kanefe.kane.rigid_contacts.contact_shares import spare_forces
+from kanefe.kane.contact_shares import spare_forces
+from kanefe.literal.contact_forces import check_determined, told
 from kanefe.literal.run_forces import LiteralForces
 from kanefe.order_n.force_kernel import ForceKernel
 from kanefe.tree.neighbours import parts_of, sources_of

@@ -14,8 +14,8 @@ from kanefe.frames import rotation_matrix
 from kanefe.integrate.methods.table import METHODS
 from kanefe.joints import Free
 from kanefe.kane.energy import momenta
-from kanefe.kane.state import State
 from kanefe.result import Result
+from kanefe.states.state import State
 from kanefe.system import System
 from robustness.outcomes import implicit_methods, is_reported
 from robustness.tripod import tripod

@@ -13,9 +13,9 @@ from kanefe.checks.robustness.runs import controlled_methods, follow, is_accurat
 from kanefe.equations.model import Model
 from kanefe.joints import Free, Joint, Prismatic, Revolute, Spherical, Universal
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
 from kanefe.literal.consistent_start import consistent_start
 from kanefe.result import Result
+from kanefe.states.state import State
 from kanefe.system import System
 from robustness.outcomes import failure_of
 

@@ -25,7 +25,7 @@ from kanefe.frames import (
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import elastic_energy, kinetic_energy
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.system import System
 
 RATE = 2.0 * math.pi

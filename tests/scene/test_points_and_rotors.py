@@ -12,7 +12,7 @@ from kanefe.errors import ModelError, SimulationError
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import momenta
 from kanefe.kane.reactions import joint_reactions
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from scenes import lattice_body, random_inertia, random_state, unit_axis
 
 

@@ -12,7 +12,7 @@ import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.frames import rotation_matrix
 from kanefe.kane.assemble import assemble
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from scenes import lattice_body, random_state
 
 TURN = (0.9, 0.1, -0.3, 0.2)

@@ -8,9 +8,9 @@ from kanefe.bodies.nodal_moments import NodalMoments
 from kanefe.frames import rotation_matrix
 from kanefe.instants.instant import Instant
 from kanefe.kane.active import loaded_frames
-from kanefe.kane.interactions import load_wrenches
 from kanefe.kane.reactions import held_wrenches, moved_wrench
-from kanefe.kane.state import State
+from kanefe.states.interactions import load_wrenches
+from kanefe.states.state import State
 from kanefe.tree.neighbours import interface_at
 
 

@@ -11,8 +11,6 @@ import kanefe as kf
 from kanefe.contact.rigid.rigid import IMPACT_LAWS
 from kanefe.contact.rigid.rigid_contact import EACH, REPORTED_CHANGES, TAKEN
 from kanefe.equations.model import Model
-from kanefe.kane.constraints import meetings
-from kanefe.kane.rigid_contacts.contact_forces import probe_forces
 from kanefe.kernels.compiler.python_calls import PythonCall
 from kanefe.kernels.contact.rigid_points import GivenPoints, Meetings, RigidPoint
 from kanefe.kernels.impacts.cones import Cones, Wanted, problem_of, solve_one
@@ -21,6 +19,8 @@ from kanefe.kernels.impacts.contact_questions import Asks, WhyNot, inquiry_of, q
 from kanefe.kernels.impacts.decision import Asked, Look, decision_of, points_of
 from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.values.tensors import Vector
+from kanefe.literal.contact_forces import probe_forces
+from kanefe.states.constraints import meetings
 from kanefe.tree.contact_changes import asking_of
 
 

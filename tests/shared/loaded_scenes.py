@@ -11,7 +11,7 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, momenta
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from scenes import derivatives, lattice_body, path, random_inertia, swing, unit_axis
 
 T = 0.4

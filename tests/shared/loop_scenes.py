@@ -4,7 +4,7 @@ import numpy as np
 
 import kanefe as kf
 from kanefe.equations.model import Model
-from kanefe.kane.kinematics import sweep_outward
+from kanefe.states.kinematics import sweep_outward
 from scenes import lattice_body, random_inertia, unit_axis
 
 ROD = 1.0 / 12.0

@@ -11,10 +11,10 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import euler_parameters_from_matrix
 from kanefe.joints.base import ScalarJoint
-from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.state import State
 from kanefe.literal.loop_closure import project_positions, project_speeds
 from kanefe.scene.scene import Frame
+from kanefe.states.constraints import constraint_rates
+from kanefe.states.state import State
 from random_scenes import RandomScene, Recipe
 from scenes import random_state, unit_axis
 

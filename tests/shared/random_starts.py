@@ -16,9 +16,9 @@ from kanefe.equations.model import Model
 from kanefe.equations.start_report import StartWarning
 from kanefe.joints.base import AxisJoint
 from kanefe.kane.assemble import held_accelerations
-from kanefe.kane.constraints import constraint_rates, place_rows
-from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
+from kanefe.states.constraints import constraint_rates, place_rows
+from kanefe.states.state import State
 from kanefe.tree.scales import displacement_scales
 from random_loops import LoopScene
 from random_scenes import Recipe

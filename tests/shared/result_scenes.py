@@ -6,7 +6,7 @@ import numpy as np
 
 import kanefe as kf
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.materials.isotropic import Material

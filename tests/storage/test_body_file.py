@@ -20,7 +20,7 @@ from body_makers import BODIES
 from disk_faults import full_disk
 from kanefe.errors import FileError
 from kanefe.kane.assemble import assemble
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.storage import array_file
 from kanefe.storage.array_file import ALIGNMENT, MAPPED
 from kanefe.storage.object_file import DAMAGE

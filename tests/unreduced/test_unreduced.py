@@ -19,10 +19,10 @@ from kanefe.fe_model.factorise import splu_factorise
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
 from kanefe.reduction import flexible_body
 from kanefe.result import Result
 from kanefe.scene.scene import FlexibleMember
+from kanefe.states.state import State
 from kanefe.tree.tangents import constant_tangents
 from kanefe.unreduced.bordered import Bordered
 from kanefe.unreduced.mass_solver import MassSolver

@@ -12,12 +12,12 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
 from kanefe.frames import rotation_matrices
 from kanefe.kane.active import loaded_frames
-from kanefe.kane.constraints import HeldWrench
-from kanefe.kane.interactions import MarkerWrench, load_wrenches
-from kanefe.kane.kinematics import FrameMotion
 from kanefe.kane.reactions import held_wrenches
-from kanefe.kane.state import State
 from kanefe.results.reader import Reader
+from kanefe.states.constraints import HeldWrench
+from kanefe.states.interactions import MarkerWrench, load_wrenches
+from kanefe.states.kinematics import FrameMotion
+from kanefe.states.state import State
 from kanefe.tree.neighbours import interface_at
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.properties import ElementProperties

@@ -13,7 +13,7 @@ from kanefe.errors import SimulationError
 from kanefe.joints import Free, Motion, Revolute
 from kanefe.kane.assemble import assemble
 from kanefe.kane.coupling import recovered_forces
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.system import System
 
 LENGTH, RATE, YOUNG, DENSITY, AREA = 2.0, 100.0, 70e9, 2700.0, 1e-3

@@ -12,11 +12,11 @@ from kanefe.checks.verification.case import Case, Check, Reference
 from kanefe.fe_model.damping import RayleighDamping
 from kanefe.joints import Planar, Revolute
 from kanefe.kane.coupling import accelerations_and_coupling_forces
-from kanefe.kane.state import State
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.linear.equilibrium.rest import Equilibrium
 from kanefe.linear.linearisation import linearise
 from kanefe.result import Result
+from kanefe.states.state import State
 from kanefe.system import System
 from kanefe_fem.recovery.free_body_loads import inertia_forces
 from kanefe_fem.sramss import Deck, from_level, gear_body, lashing_length, level_rest, planar_scene

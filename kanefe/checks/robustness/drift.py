@@ -14,8 +14,6 @@ from kanefe.equations.model import Model
 from kanefe.frames import Vector
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints import Free, Spherical
-from kanefe.kane.energy import momenta
-from kanefe.kane.state import State
 from kanefe.system import System
 
 STEPS = 1_000_000
@@ -60,7 +58,7 @@ def tumbling_lattice() -> Model:
 def at_rest(model: Model) -> Model:
     """Return the model with its centre of mass at rest, so that it stays near N's origin, to which momenta refer."""
     u = model.initial_speeds.copy()
-    linear, _ = momenta(State(model, 0.0, model.initial_coordinates, u))
+    linear, _ = model.literal.momenta(0.0, np.concatenate((model.initial_coordinates, u)))
     u[model.bodies[0].speeds[:3]] -= linear / mass_of(model)
     return replace(model, initial_speeds=u)
 
@@ -80,7 +78,8 @@ FLIGHTS: dict[str, tuple[Callable[[], Model], float]] = {
 def invariants(model: Model, run: Trajectory) -> tuple[Vector, Vector, Vector]:
     """Return energy (T,), linear momentum (T, 3) and angular momentum (T, 3) of a run, in SI units."""
     states = zip(run.times.tolist(), run.coordinates, run.speeds, strict=True)
-    rows = [(model.energy(t, np.concatenate((q, u))).total, *momenta(State(model, t, q, u))) for t, q, u in states]
+    found = [(t, np.concatenate((q, u))) for t, q, u in states]
+    rows = [(model.energy(t, y).total, *model.literal.momenta(t, y)) for t, y in found]
     energy, linear, angular = (np.array(column) for column in zip(*rows, strict=True))
     return energy, linear, angular
 

@@ -13,10 +13,10 @@ from kanefe.checks.verification.loops import parallelograms
 from kanefe.checks.verification.references import load_references
 from kanefe.equations.model import Model
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kane.constraints import constraint_residuals
-from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import TOLERANCE
 from kanefe.result import Result
+from kanefe.states.constraints import constraint_residuals
+from kanefe.states.state import State
 
 SPAN = 10.0
 

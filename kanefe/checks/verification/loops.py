@@ -13,8 +13,8 @@ from kanefe.equations.model import Model
 from kanefe.joints import Prismatic, Revolute, Spherical
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.reactions import loop_forces
-from kanefe.kane.state import State
 from kanefe.scene.scene import Frame
+from kanefe.states.state import State
 from kanefe.system import System
 
 GRAVITY = (0.0, -9.81, 0.0)

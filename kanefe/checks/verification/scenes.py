@@ -18,8 +18,8 @@ from kanefe.integrate.events.event import Event
 from kanefe.integrate.run import integrate
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import assemble
-from kanefe.kane.kinematics import FrameMotion
-from kanefe.kane.state import State
+from kanefe.states.kinematics import FrameMotion
+from kanefe.states.state import State
 from kanefe.system import System
 from kanefe.tree.scene_state import SceneState
 from kanefe.tree.tangents import constant_tangents

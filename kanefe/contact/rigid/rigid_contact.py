@@ -149,11 +149,11 @@ class RigidContact(Load):
         return self.friction is not None
 
     def action(self, t: float, ends: Sequence[End], states: Vector) -> Action:
-        """Return nothing: see `kanefe.kane.rigid_contacts.contact_forces`."""
+        """Return nothing: see `kanefe.literal.contact_forces`."""
         return Action(np.zeros((len(ends), 6)), rates=np.zeros(len(states)))
 
     def tell(self, t: float, ends: Sequence[End], states: Vector) -> Vector:
-        """Return the outputs without forces; the rest comes from `kanefe.kane.rigid_contacts.contact_forces`."""
+        """Return the outputs without forces; the rest comes from `kanefe.literal.contact_forces`."""
         return np.zeros(len(self.columns))
 
     def started(self, t: float, ends: Sequence[End]) -> RigidContact:

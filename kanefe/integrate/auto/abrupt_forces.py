@@ -13,8 +13,8 @@ from kanefe.integrate.auto.cost import LEAST_BESIDE_KINKS, explicit_work, radau_
 from kanefe.integrate.auto.stiffest_rate import highest_rate
 from kanefe.integrate.auto.vibrations import vibrations
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.kane.state import State
 from kanefe.loads.base import Load
+from kanefe.states.state import State
 from kanefe.tree.scales import displacement_scales
 from kanefe.tree.tangents import constant_tangents
 

@@ -9,7 +9,7 @@ from kanefe.contact.contact import compliant_contacts
 from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import scene_length
 

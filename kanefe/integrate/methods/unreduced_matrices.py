@@ -11,8 +11,8 @@ import numpy as np
 
 from kanefe.frames import Vector
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
-from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.tangents import current_tangents
+from kanefe.states.constraints import constraint_rates
+from kanefe.states.tangents import current_tangents
 from kanefe.tree.scales import joint_scales, scene_length
 from kanefe.tree.tangents import constant_tangents
 

@@ -140,9 +140,9 @@ class StepsChecked:
 def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:
     """Return which law a contact breaks at a state; empty if none does."""
     from kanefe.contact.rigid.rigid_contact import STICKS
-    from kanefe.kane.constraints import meetings
-    from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
-    from kanefe.kane.state import State
+    from kanefe.literal.contact_forces import margins, probe_forces
+    from kanefe.states.constraints import meetings
+    from kanefe.states.state import State
 
     size = model.coordinate_count + model.free_count + model.state_count
     state = State(model, t, *model.parts(y[:size]))

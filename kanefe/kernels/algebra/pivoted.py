@@ -15,7 +15,7 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 # Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.tree.row_rates.ROUND_OFF`
 ROUND_OFF = 1e-16
 
-# Pivots below this share of the tolerance are left out; above it they fade, see `kanefe.kane.constraints`
+# Pivots below this share of the tolerance are left out; above it they fade, see `kanefe.states.constraints`
 LEAST_KEPT = 1e-3
 
 

@@ -1,6 +1,6 @@
 """Forces of contacts that can be shared in several ways: shared so that none pulls or holds by more than its friction.
 
-What `kanefe.kane.rigid_contacts.contact_shares` finds by linear programs is looked for here by descent: along what the
+What `kanefe.kane.contact_shares` finds by linear programs is looked for here by descent: along what the
 equations leave free, of half the squares of the distances from the cones of friction, with Nesterov's momentum
 (Nesterov, "Introductory Lectures on Convex Optimization", 2004, section 2.2).
 """

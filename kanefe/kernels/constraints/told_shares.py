@@ -20,7 +20,7 @@ ROUND_OFF = 1e-13
 
 SHARP = 1e-9
 """Pivot, relative to the largest, above which it is none, see
-`kanefe.kane.rigid_contacts.contact_shares.DEPENDENT`: the literal route tells what is in between."""
+`kanefe.kane.contact_shares.DEPENDENT`: the literal route tells what is in between."""
 
 NOT_SHARP = -1
 
@@ -29,7 +29,7 @@ NOT_SHARP = -1
 def told_multipliers(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept: UnitResponses) -> bool:
     """Share the forces of what touches, after an evaluation, as they are told; return whether they are known.
 
-    As `kanefe.kane.rigid_contacts.contact_shares.shared_forces`: the least ones, else with friction by the normal
+    As `kanefe.kane.contact_shares.shared_forces`: the least ones, else with friction by the normal
     forces; what else can be, the literal route has to find.
 
     Parameters

@@ -16,11 +16,11 @@ from kanefe.contact.contact import compliant_contacts
 from kanefe.contact.rigid.rigid_contact import OPEN
 from kanefe.equations.model import Model
 from kanefe.frames import Vector
-from kanefe.kane.constraints import meetings, motion_in_N
-from kanefe.kane.rigid_contacts.contact_forces import probe_forces
-from kanefe.kane.state import State
 from kanefe.linear.equilibrium.balance import step_length
 from kanefe.linear.small_motions import SmallMotions
+from kanefe.literal.contact_forces import probe_forces
+from kanefe.states.constraints import meetings, motion_in_N
+from kanefe.states.state import State
 from kanefe.tree.scales import scene_length
 
 NEAR = 0.1

@@ -19,17 +19,17 @@ from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.equations.model import Model
 from kanefe.errors import SimulationError
 from kanefe.frames import Vector
-from kanefe.kane.constraints import held_rows, meetings, touching_rows
-from kanefe.kane.rigid_contacts.contact_forces import margins, probe_forces
-from kanefe.kane.rigid_contacts.contact_shares import DEPENDENT, spare_forces
-from kanefe.kane.state import State
+from kanefe.kane.contact_shares import DEPENDENT, spare_forces
 from kanefe.kernels.contact.laws import Coulomb, KelvinVoigt
 from kanefe.kernels.impacts.contact_questions import Asks
 from kanefe.linear.equilibrium.balance import BalanceSearch
 from kanefe.linear.equilibrium.dynamic_relaxation import NoRest, found_or_fallen
 from kanefe.linear.imbalance import force_sizes
+from kanefe.literal.contact_forces import margins, probe_forces
 from kanefe.literal.route import LiteralRoute
 from kanefe.loads.base import Load
+from kanefe.states.constraints import held_rows, meetings, touching_rows
+from kanefe.states.state import State
 from kanefe.tree.scales import scene_length, scene_weight
 
 Key = tuple[int, int]

@@ -12,8 +12,8 @@ from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.instants.instant import Instant
 from kanefe.kane.inertia import flexible_inertia, rigid_inertia
-from kanefe.kane.kinematics import FrameMotion, elastic_state
 from kanefe.linear.small_motions import SmallMotions
+from kanefe.states.kinematics import FrameMotion, elastic_state
 
 
 class Shapes(ABC):

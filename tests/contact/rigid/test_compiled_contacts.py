@@ -12,8 +12,6 @@ from kanefe.contact.contact import OPEN, SLIPS
 from kanefe.equations.model import Model
 from kanefe.integrate.events import event_search
 from kanefe.kane.assemble import accelerations, held_accelerations, held_solver
-from kanefe.kane.constraints import held_rows
-from kanefe.kane.rigid_contacts.contact_forces import check_determined
 from kanefe.kernels.compiler.arrays import NOT_CALLED
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.contact_margins import LeastMargins
@@ -22,10 +20,12 @@ from kanefe.kernels.contact.rigid_points import given_points
 from kanefe.kernels.events.watched_run import Does
 from kanefe.kernels.impacts.contact_questions import Asks
 from kanefe.kernels.loads.telling import States
+from kanefe.literal.contact_forces import check_determined
 from kanefe.literal.route import LiteralRoute, powers, state_rates
 from kanefe.order_n.contact_changing import decider_of
 from kanefe.order_n.contact_watching import ContactLook, watching_contacts
 from kanefe.order_n.route import OrderN
+from kanefe.states.constraints import held_rows
 from rigid_scenes import rigid_scene, rigid_state, stack
 
 T = 0.2

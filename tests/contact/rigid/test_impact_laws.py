@@ -10,11 +10,11 @@ import pytest
 import kanefe as kf
 from contact_conditions import impact
 from kanefe import shapes
-from kanefe.kane.constraints import meetings
 from kanefe.kernels.impacts.contact_questions import Asks
 from kanefe.kernels.impacts.stronge import held_by
 from kanefe.kernels.values.tensors import Symmetric
 from kanefe.order_n.contact_changing import decider_of
+from kanefe.states.constraints import meetings
 
 GAINS = {72: 79.05, 17: 12.74}
 """Kinetic energy after over that before of scenes of `pendulum` by Newton's law (Kane & Levinson's problem)."""

@@ -13,10 +13,10 @@ from kanefe import shapes
 from kanefe.checks.verification.rigid_contact import rocking_block
 from kanefe.constraints.rows import MarkerMotion
 from kanefe.contact.rigid.meeting import Meeting, meetings_with
-from kanefe.kane.constraints import meetings
-from kanefe.kane.rigid_contacts.contact_forces import probe_forces
 from kanefe.kernels.contact.rigid_points import BACK, TURNED
 from kanefe.kernels.impacts.contact_questions import Asks
+from kanefe.literal.contact_forces import probe_forces
+from kanefe.states.constraints import meetings
 
 G = 9.81
 GRID = np.linspace(-2.0, 2.0, 9)

@@ -12,7 +12,7 @@ import kanefe as kf
 from kanefe.contact.rigid.rigid_contact import STICKS
 from kanefe.integrate.methods.table import METHODS, own_methods
 from kanefe.integrate.run_checks.contact_check import of_contacts
-from kanefe.kane.rigid_contacts.contact_forces import probe_forces
+from kanefe.literal.contact_forces import probe_forces
 from robustness.shaken_blocks import DEFAULT_RTOL, compared, exact, random_block
 
 G = 9.81

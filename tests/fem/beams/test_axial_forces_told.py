@@ -9,7 +9,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.equations.unstiffened import axial_forces
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 LENGTH, SECTION = 1.0, Rectangle(0.02, 0.02)

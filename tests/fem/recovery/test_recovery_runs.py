@@ -11,7 +11,7 @@ import kanefe as kf
 from fem_meshes import STEEL, box
 from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.views.player.drawn_modes import von_mises
 from kanefe.views.player.page import page_of
 from kanefe.views.player.skins import skin_of

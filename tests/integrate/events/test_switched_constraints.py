@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import kanefe as kf
 from kanefe.constraints.rows import DirectionRow, PointRow
 from kanefe.equations.model import Model
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.scene_state import SceneState
 from random_loops import LoopScene, closed_state

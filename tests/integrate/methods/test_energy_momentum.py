@@ -16,8 +16,8 @@ from kanefe.integrate.methods.energy_momentum import METHOD, flies_freely
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl, Stepper
 from kanefe.kane.energy import momenta
-from kanefe.kane.state import State
 from kanefe.kernels.steppers.step_commands import Run
+from kanefe.states.state import State
 from order_n_rates import order_n
 from run_scenes import check_snapshot
 from scenes import lattice_body, random_inertia, random_state

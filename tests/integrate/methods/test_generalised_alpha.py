@@ -17,7 +17,7 @@ from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from loop_scenes import four_bar
 from run_scenes import check_snapshot, thrown_pendulum
 

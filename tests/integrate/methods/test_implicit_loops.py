@@ -9,11 +9,11 @@ from scipy.linalg import null_space
 from kanefe.checks.verification.loops import parallelograms
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
-from kanefe.kane.constraints import constraint_rates
-from kanefe.kane.state import State
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
 from kanefe.literal.loop_closure import project_speeds
+from kanefe.states.constraints import constraint_rates
+from kanefe.states.state import State
 from kanefe.tree.tangents import constant_tangents
 from loop_scenes import four_bar, sprung_loop
 from order_n_rates import order_n

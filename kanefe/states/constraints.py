@@ -15,7 +15,7 @@ import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.state import State, once
+from kanefe.states.state import State, once
 from kanefe.tree.row_rates import Rates
 from kanefe.tree.scales import kept_of_scene
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from kanefe.constraints.rows import Constraint, MarkerMotion, MarkerRow, Row
     from kanefe.contact.rigid.meeting import Meeting
     from kanefe.contact.rigid.rigid_contact import ContactRow, RigidContact
-    from kanefe.kane.kinematics import FrameMotion
+    from kanefe.states.kinematics import FrameMotion
     from kanefe.tree.model_data import ModelData
 
 OfMarkers = TypeVar("OfMarkers", "MarkerRow", "ContactRow")

@@ -12,8 +12,8 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import held_accelerations
-from kanefe.kane.constraints import constraint_rates, force_rows, held_rows, touching_rows
-from kanefe.kane.state import State, once
+from kanefe.states.constraints import constraint_rates, force_rows, held_rows, touching_rows
+from kanefe.states.state import State, once
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.row_rates import RANK_TOLERANCE, ROUND_OFF
 from kanefe.tree.scales import scene_length

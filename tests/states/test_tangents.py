@@ -11,8 +11,8 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.integrate.auto.stiffest_rate import stiffest_rate
 from kanefe.kane.assemble import assemble
-from kanefe.kane.state import State
-from kanefe.kane.tangents import current_tangents
+from kanefe.states.state import State
+from kanefe.states.tangents import current_tangents
 from kanefe.tree.tangents import constant_tangents
 from scenes import derivatives
 

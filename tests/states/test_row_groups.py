@@ -10,10 +10,10 @@ import pytest
 import kanefe as kf
 from kanefe.equations import constraint_report, dependent_rows
 from kanefe.equations.constraint_report import singular_rows
-from kanefe.kane import constrained_solver
 from kanefe.kane.assemble import accelerations
-from kanefe.kane.constrained_solver import ConstrainedSolver
-from kanefe.kane.state import State
+from kanefe.states import constrained_solver
+from kanefe.states.constrained_solver import ConstrainedSolver
+from kanefe.states.state import State
 from kanefe.tree.row_groups import groups_of_rows
 from kanefe.tree.row_rates import Rates
 from loop_scenes import four_bars

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.frames import Matrix
-from kanefe.kane.interactions import add_load_slopes
-from kanefe.kane.state import State
+from kanefe.states.interactions import add_load_slopes
+from kanefe.states.state import State
 from kanefe.tree.tangents import joint_tangents
 
 

@@ -9,13 +9,13 @@ import numpy as np
 
 from kanefe.bodies.marker import CoordinateMarker, Marker, ModalMarker
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.kinematics import elastic_partial_rates
-from kanefe.kane.state import State, actions
+from kanefe.states.kinematics import elastic_partial_rates
+from kanefe.states.state import State, actions
 from kanefe.tree.body_terms import static_transfer
 
 if TYPE_CHECKING:
-    from kanefe.kane.kinematics import FrameMotion
     from kanefe.loads.anchors import Anchor
+    from kanefe.states.kinematics import FrameMotion
 
 
 class MarkerWrench(NamedTuple):
@@ -96,3 +96,16 @@ def add_load_slopes(state: State, K: Matrix, C: Matrix) -> None:
         D = (found.rows @ moves)[:, :n]
         K += D.T @ (found.stiffness[:, None] * D)
         C += D.T @ (found.damping[:, None] * D)
+
+
+def unit_wrenches(components: tuple[int, ...], tangent: Matrix, axes: Matrix) -> Matrix:
+    """Return force and moment in axes of G of unit coupling forces of one interface, shape (6, forces).
+
+    Forces are along the axes of the interface, columns of A. A moment holds one slope, theta_i of ``theta = A
+    theta_n``, and does no work on the others: with ``w = T dtheta`` it is column i of T^-T A, the axis itself while the
+    released slopes are small.
+    """
+    full = np.zeros((6, 6))
+    full[:3, :3] = axes
+    full[3:, 3:] = np.linalg.solve(tangent.T, axes)
+    return full[:, list(components)]

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import kanefe.kane.state as state_module
+import kanefe.states.state as state_module
 from kanefe.kane.assemble import accelerations, mass_matrix
 from kanefe.kane.energy import (
     dissipated_power,
@@ -13,7 +13,7 @@ from kanefe.kane.energy import (
     load_power,
     momenta,
 )
-from kanefe.kane.state import State
+from kanefe.states.state import State
 from random_scenes import Recipe, random_model
 
 

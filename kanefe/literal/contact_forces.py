@@ -3,7 +3,7 @@
     M du = F + W_N l_N + W_T l_T,    W_N^T du + r_N = 0 of what touches,    W_T^T du + r_T = 0 of what sticks,
     l_T = -mu l_N v_T / |v_T| of what slips
 
-The multipliers l are those of the rows that `kanefe.kane.constraints` has of contacts among the others.
+The multipliers l are those of the rows that `kanefe.states.constraints` has of contacts among the others.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from kanefe.contact.rigid.rigid_contact import OPEN, SLIPS, STICKS, RigidContact
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, cross
 from kanefe.kane.assemble import held_solver
-from kanefe.kane.constraints import force_rows, held_rows, meetings, motion_in_N, touching_rows
-from kanefe.kane.rigid_contacts.contact_shares import shared_forces
-from kanefe.kane.state import State, once
+from kanefe.kane.contact_shares import shared_forces
+from kanefe.states.constraints import force_rows, held_rows, meetings, motion_in_N, touching_rows
+from kanefe.states.state import State, once
 from kanefe.tree.contact_changes import paradox
 
 if TYPE_CHECKING:

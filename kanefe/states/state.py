@@ -10,8 +10,8 @@ import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Vector
-from kanefe.kane.kinematics import FrameMotion, inertial_frame, interface_motion, placed, sweep_outward
 from kanefe.loads.action import Action
+from kanefe.states.kinematics import FrameMotion, inertial_frame, interface_motion, placed, sweep_outward
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scene_state import SceneState
 
@@ -24,7 +24,7 @@ Answer = TypeVar("Answer")
 class State(SceneState):
     """A state ``(model, t, q, u, z)`` of a scene: the argument of the literal route and of functions of the user.
 
-    The functions of `kanefe.kane` take a state and are computed once for it (see `once`): an energy, say, takes the
+    Functions such as those of `kanefe.kane` take a state and are computed once for it (see `once`): an energy, say, takes the
     outward sweep that the mass matrix has made. A state never changes.
 
     Parameters
@@ -48,12 +48,11 @@ class State(SceneState):
     Examples
     --------
     >>> import kanefe as kf
-    >>> from kanefe.kane.energy import kinetic_energy
     >>> scene = kf.System()
     >>> cart = scene.add_rigid_body("cart", 2.0, joint=kf.Prismatic("x", speed=3.0))
     >>> model = scene.freeze()
-    >>> kinetic_energy(State(model, 0.0, model.initial_coordinates, model.initial_speeds))
-    9.0
+    >>> State(model, 0.0, model.initial_coordinates, model.initial_speeds).motions[0].v
+    array([3., 0., 0.])
     """
 
     def __init__(

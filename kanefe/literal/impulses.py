@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kanefe.frames import Matrix, Vector
-from kanefe.kane.assemble import constrained_solver, mass_matrix
-from kanefe.kane.constraints import constraint_rates
+from kanefe.kane.assemble import mass_matrix
+from kanefe.states.constrained_solver import constrained_solver
+from kanefe.states.constraints import constraint_rates
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
-    from kanefe.kane.state import State
+    from kanefe.states.state import State
 
 
 def unit_responses(state: State, F: Matrix) -> Matrix:

@@ -11,7 +11,7 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.frames import axial
 from kanefe.kane.inertia import body_partial_velocities, nodal_partial_velocities
-from kanefe.kane.kinematics import FrameMotion, interface_motion, sweep_outward
+from kanefe.states.kinematics import FrameMotion, interface_motion, sweep_outward
 from scenes import (
     chain_scene,
     derivatives,

@@ -13,8 +13,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.storage.scipy_later import scipy
+from kanefe.tree.model_data import ModelData
 from kanefe.tree.row_groups import groups_of_rows
 from kanefe.tree.row_rates import PIVOT_TOLERANCE, RANK_TOLERANCE, ROUND_OFF, Rates
 
@@ -177,3 +179,34 @@ def _augmentation(M: Matrix, J: Matrix) -> Vector:
     mass = float(np.abs(np.diag(M)).max(initial=0.0)) or 1.0
     squares = np.einsum("ij,ij->i", J, J)
     return np.divide(mass, squares, out=np.zeros_like(squares), where=squares > 0)
+
+
+def constrained_solver(model: ModelData, M: Matrix, rates: Rates, forces: Matrix | None = None) -> ConstrainedSolver:
+    """Return the solver for M and rows over the free speeds; an error names speeds that nothing has inertia along."""
+    try:
+        return ConstrainedSolver(M, rates, forces)
+    except np.linalg.LinAlgError:
+        raise singular_mass(model, M) from None
+
+
+def solve_positive_definite(model: ModelData, M: Matrix, F: Vector) -> Vector:
+    """Return ``M^-1 F``; a singular mass matrix is an error that names the speeds without inertia."""
+    if not len(F):
+        return F
+    factor, solution, failed_at = scipy.linalg.lapack.dposv(M, F)  # scipy's own solve takes twice the time, for checks
+    if failed_at or np.any(np.diag(factor) ** 2 <= PIVOT_TOLERANCE * np.diag(M)):
+        raise singular_mass(model, M)
+    return np.asarray(solution)
+
+
+def singular_mass(model: ModelData, M: Matrix) -> SimulationError:
+    """Return the error that a mass matrix without an inverse deserves: it names the speeds without inertia."""
+    if not np.all(np.isfinite(M)):
+        return SimulationError("the motion has grown without bound. Remedy: check the loads, or tighten rtol")
+    _, vectors = np.linalg.eigh(M)
+    names = model.speed_names()
+    guilty = ", ".join(names[i] for i in np.argsort(-abs(vectors[:, 0]))[:3] if abs(vectors[i, 0]) > 0.1)
+    return SimulationError(
+        f"the mass matrix is singular: nothing has inertia along {guilty}. "
+        "Remedy: give a body there a mass or inertia, or fix the joint"
+    )

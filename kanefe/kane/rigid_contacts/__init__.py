@@ -1,1 +1,0 @@
-"""Forces and impacts of rigid contacts by the literal route."""
