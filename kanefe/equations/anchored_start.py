@@ -138,7 +138,7 @@ def _slip_accelerations(state: State, groups: list[_Group]) -> Vector:
 
     By differences of order 2 from states that follow. What does not touch there counts as at constant rates.
     """
-    model, du, found = state.model, LiteralRoute(state.model).accelerations(state), np.zeros(groups[-1].where.stop)
+    model, du, found = state.model, LiteralRoute(state.model).accelerations_at(state), np.zeros(groups[-1].where.stop)
     moment = MOMENT / max(1.0, float(np.abs(state.u / displacement_scales(model)).max(initial=0.0)))
     slips = []
     for later in (moment, 2.0 * moment):

@@ -195,7 +195,7 @@ class SmallMotions:
 
             def rate(h: float, column: int = int(i)) -> Vector:
                 state = self.moved(along, column, h)
-                return self.model.literal.accelerations(State(state.model, self.t, state.q, state.u))
+                return self.model.literal.accelerations_at(State(state.model, self.t, state.q, state.u))
 
             found[:n, i] = difference(rate, steps[i])
         return found

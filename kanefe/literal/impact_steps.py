@@ -11,6 +11,9 @@ impacts a step is of order 2.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, REPORTED_CHANGES, SLIPS, STICKS, TAKEN
@@ -28,6 +31,9 @@ from kanefe.tree.contact_steps import Stepped, struck
 from kanefe.tree.model_data import QUADRATURES, ModelData
 from kanefe.tree.rigid_points import points_of_contacts
 
+if TYPE_CHECKING:
+    from kanefe.contact.rigid.meeting import Meeting
+
 
 def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
     """Return the state after a step of h (s) from time t (s).
@@ -42,10 +48,9 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         where = model.load_states[load]
         z[where.start + REPORTED_CHANGES : where.stop] = OPEN  # also from how deep a point left, and its slip: none
     z_open = z.copy()
-    mid, n = t + 0.5 * h, model.free_count
-    q_mid = model.advance(q, 0.5 * h * u)
-    first = State(model, mid, q_mid, u, z_open)
-    state = State(model, mid, q_mid, u + 0.5 * h * accelerations(first), z_open)
+    n, q_mid = model.free_count, model.advance(q, 0.5 * h * u)
+    first = State(model, t + 0.5 * h, q_mid, u, z_open)
+    state = State(model, t + 0.5 * h, q_mid, u + 0.5 * h * accelerations(first), z_open)
     du = accelerations(state)
     u_after, quadratures = u + h * du, h * _powers(state, du)
     keys = points_of_contacts(model)
@@ -68,8 +73,7 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         u_after = u_after + unit_responses(first, (J.T @ impulses)[:, None])[:, 0]
         after = freely + G @ impulses
         depth, approach = -min(one.gap for one in met), h * max(0.0, -float(before[::3].min()))
-        curved = np.array([one.remainder[0] for one in met]) + rows[::3, n:] @ first.driven_rates
-        bend = 0.5 * h * h * float(np.abs(curved).max())
+        bend = 0.5 * h * h * _largest_curve(first, met, rows)
         fastest = max(float(np.abs(before).max()), float(np.abs(freely).max()))
         _write(first, closed, impulses, 0.5 * (before + after), after, fastest, h, z, quadratures)
     q_end = model.advance(q_mid, 0.5 * h * u_after)
@@ -78,6 +82,12 @@ def stepped(model: ModelData, t: float, y: Vector, h: float) -> Stepped:
         u_after = project_speeds(model, t + h, q_end, u_after, None, z_open)
     y_end = np.concatenate((q_end, u_after, z, y[-QUADRATURES:] + quadratures))
     return Stepped(y_end, impulses, closed, depth, residual, approach, bend, int(lowered))
+
+
+def _largest_curve(state: State, met: Sequence[Meeting], rows: Matrix) -> float:
+    """Return the largest acceleration of contact points into their surfaces that comes from speeds and drives, m/s2."""
+    own = np.array([one.remainder[0] for one in met])
+    return float(np.abs(own + rows[::3, state.model.free_count :] @ state.driven_rates).max())
 
 
 def _powers(state: State, du: Vector) -> Vector:

@@ -103,7 +103,7 @@ class LiteralRoute:
 
         return unit_responses(state, F)
 
-    def accelerations(self, state: State) -> Vector:
+    def accelerations_at(self, state: State) -> Vector:
         """Return du of the free speeds at a state, (free,) (Eq. 18)."""
         from kanefe.kane.assemble import accelerations
 
@@ -125,7 +125,7 @@ class LiteralRoute:
         """Return what each joint exerts on its body at a state, (6,): see `kanefe.kane.reactions`."""
         from kanefe.kane.reactions import joint_reactions
 
-        return joint_reactions(state, self.accelerations(state))
+        return joint_reactions(state, self.accelerations_at(state))
 
     def open_loops(self, t: float, q: Vector, z: Vector) -> tuple[float, str]:
         """Return how far the most open constraint that holds is open, relative to the scene, and the names of such."""

@@ -365,7 +365,7 @@ class OrderN(SceneInTables):
 
             if bent := bent_too_far(self, t, q, u):
                 raise SimulationError(f"at t = {t:.6g} s {bent}")
-            self.accelerations(self.at(t, q, u, z))
+            self.accelerations_at(self.at(t, q, u, z))
         raise SimulationError(
             f"the equations of motion have no finite solution at t = {t:.6g} s. "
             "Remedy: check the loads for growth without bound, or take smaller steps"

@@ -24,8 +24,8 @@ Answer = TypeVar("Answer")
 class State(SceneState):
     """A state ``(model, t, q, u, z)`` of a scene: the argument of the literal route and of functions of the user.
 
-    Functions such as those of `kanefe.kane` take a state and are computed once for it (see `once`): an energy, say, takes the
-    outward sweep that the mass matrix has made. A state never changes.
+    Functions such as those of `kanefe.kane` take a state and are computed once for it (see `once`): an energy, say,
+    takes the outward sweep that the mass matrix has made. A state never changes.
 
     Parameters
     ----------

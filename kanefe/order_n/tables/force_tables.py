@@ -73,7 +73,12 @@ class ForceTableBuilder:
         self._components: dict[tuple[int, str], tuple[int, int]] = {}
         self.undetermined: set[int] = set()
         self.by_reaction: dict[int, tuple[int, np.ndarray]] = {}
-        bodies = [{"row": one.row, "point": one.place, "axes": one.axes} for one in builder.frame_offsets]
+        self.tables = self._put_down(between, loops)
+
+    def _put_down(self, between: LoadsBetween, loops: Loops) -> ForceTables:
+        """Return the tables for compiled code."""
+        model = self._model
+        bodies = [{"row": one.row, "point": one.place, "axes": one.axes} for one in self._builder.frame_offsets]
         loops_told = [self._rows_of_loops[c.name] for c in model.constraints if c.b is not None]
         gears = [(self._rows_of_loops[name][0], coefficient) for name, coefficient in _gear_terms(model)]
         held, components, pool = self._held()
@@ -90,7 +95,7 @@ class ForceTableBuilder:
             contact_count=len(model.rigid_contacts),
             point_count=len(loops.points.places),
         )
-        self.tables = ForceTables._make(
+        return ForceTables._make(
             (
                 *filled_rows(Marker, bodies),
                 *filled_rows(ToldLoop, [{"first": first, "count": count} for first, count in loops_told]),

@@ -74,18 +74,11 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
     moments, k = terms.free_moments, terms.body.free_count
     if not isinstance(moments, MassMoments):
         raise TypeError("the order-n route takes bodies with a mass field")
-    mass = moments.elastic_mass
-    transform = None
     S, D, products = moments.shape_first, moments.shape_second, moments.shape_product
-    K = terms.body.stiffness[:k, :k]
     C = None if terms.damping is None else terms.damping[:k]
-    diagonal = np.diag(K)
-    if k and (
-        np.abs(mass - np.eye(k)).max() > ROUND_OFF or np.abs(K - np.diag(diagonal)).max() > ROUND_OFF * diagonal.max()
-    ):
-        diagonal, modes = scipy.linalg.eigh(K, mass)
-        inverse = modes.T
-        transform = mass @ modes, inverse
+    diagonal, transform = _of_unit_mass(moments.elastic_mass, terms.body.stiffness[:k, :k])
+    if transform is not None:
+        inverse = transform[1]
         S, D = S @ inverse.T, D @ inverse.T
         products = inverse @ products @ inverse.T
         C = None if C is None else inverse @ C @ inverse.T
@@ -111,6 +104,18 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
         columns.ravel(),
     )
     return ModalConstants(constants, transform, C, quadratic)
+
+
+def _of_unit_mass(mass: Matrix, K: Matrix) -> tuple[np.ndarray, tuple[Matrix, Matrix] | None]:
+    """Return the stiffnesses of modes of unit mass, and what makes these of coordinates; None: they are the same."""
+    diagonal = np.diag(K)
+    if not len(K) or (
+        np.abs(mass - np.eye(len(K))).max() <= ROUND_OFF
+        and np.abs(K - np.diag(diagonal)).max() <= ROUND_OFF * diagonal.max()
+    ):
+        return diagonal, None
+    diagonal, modes = scipy.linalg.eigh(K, mass)
+    return diagonal, (mass @ modes, modes.T)
 
 
 def side_by_side(matrices: Matrix) -> Matrix:

@@ -31,35 +31,14 @@ def row_paths(rows: ConstraintRows, terms: Terms, tables: Tables, flexible: Flex
     scene = _Scene(tables, flexible)
     ways = _ways(rows, terms, scene)
     ends_at = _eliminated_at(ways)
-    visits, numbers = list[np.ndarray](), 0
-    guests: dict[tuple[int, int, bool], list[tuple[int, int]]] = defaultdict(list)
+    visited = _Visits(scene)
     for j, (row, way, end) in enumerate(zip(rows, ways, ends_at, strict=True)):
-        modes: dict[int, int] = {}
         path = [i for i in way.path if i > end]
-        row.first_visit, row.common = len(visits), len(visits) + sum(i > way.meets for i in path)
-        for i in path if end < 0 else (*path, end):
-            visits.append(np.full(Visit.integer_count, NONE))
-            visit, link = Visit(visits[-1], np.zeros(0)), scene.links[i]
-            visit.row, visit.is_end, visit.speeds, visit.k, visit.n = i, i == end, 0, 0, 0
-            if i in way.bent:
-                visit.k, visit.n = scene.modes_of(i)
-            if link.kind == Kind.INTERFACE:
-                if i in way.bent and i != end:
-                    if link.parent not in modes:
-                        modes[link.parent], numbers = numbers, numbers + 2 * visit.k + 3 * visit.n
-                    visit.modes = modes[link.parent]
-                    if link.carries:
-                        visit.wrench = visit.modes + 2 * visit.k + WRENCH * scene.carried(link.flexible).index(i)
-                continue
-            if i in way.bent:
-                visit.modes = modes[i]
-                guests[end, i, True].append((j, len(visits) - 1))
-            if i != end:
-                visit.wrench, visit.speeds = numbers, scene.speeds(link)
-                numbers += WRENCH + visit.speeds
-                if visit.speeds > 0:
-                    guests[end, i, False].append((j, len(visits) - 1))
-        row.last_visit = len(visits)
+        row.first_visit = len(visited.visits)
+        row.common = row.first_visit + sum(i > way.meets for i in path)
+        visited.go(j, way, path, end)
+        row.last_visit = len(visited.visits)
+    guests = visited.guests
     order, ends, blocks = _elimination(ends_at, [[j for j, _ in at] for at in guests.values()])
     place = np.argsort(order)
     at_rows = np.arange(-1, len(tables.rows) + 1)
@@ -71,7 +50,7 @@ def row_paths(rows: ConstraintRows, terms: Terms, tables: Tables, flexible: Flex
         invited += sorted(at, key=lambda guest: place[guest[0]])
     meetings.append((NONE, 0, len(invited)))
     paths = RowPaths(
-        visits=np.array(visits, dtype=np.int64).reshape(-1, Visit.integer_count),
+        visits=np.array(visited.visits, dtype=np.int64).reshape(-1, Visit.integer_count),
         meetings=np.array(meetings, dtype=np.int64).reshape(-1, Meeting.integer_count),
         guests=np.array(invited, dtype=np.int64).reshape(-1, Guest.integer_count),
         order=order,
@@ -81,7 +60,61 @@ def row_paths(rows: ConstraintRows, terms: Terms, tables: Tables, flexible: Flex
         ends=ends,
         blocks=blocks,
     )
-    return paths, numbers
+    return paths, visited.numbers
+
+
+class _Visits:
+    """What the rows of constraints visit on their ways.
+
+    Parameters
+    ----------
+    scene : _Scene
+
+    Attributes
+    ----------
+    visits : list of ndarray
+    numbers : int
+        Of all visits so far.
+    guests : dict
+        By the row of the scene where a way is complete, the row that is visited, and whether its modes are: the rows of
+        constraints that come there, each with the number of its visit.
+    """
+
+    def __init__(self, scene: _Scene) -> None:
+        self._scene = scene
+        self.visits, self.numbers = list[np.ndarray](), 0
+        self.guests: dict[tuple[int, int, bool], list[tuple[int, int]]] = defaultdict(list)
+
+    def go(self, j: int, way: _Way, path: Sequence[int], end: int) -> None:
+        """Visit what is on a path to an end, and there, for a row of constraints."""
+        modes: dict[int, int] = {}
+        for i in path if end < 0 else (*path, end):
+            self.visits.append(np.full(Visit.integer_count, NONE))
+            visit, link = Visit(self.visits[-1], np.zeros(0)), self._scene.links[i]
+            visit.row, visit.is_end, visit.speeds, visit.k, visit.n = i, i == end, 0, 0, 0
+            if i in way.bent:
+                visit.k, visit.n = self._scene.modes_of(i)
+            if link.kind == Kind.INTERFACE:
+                if i in way.bent and i != end:
+                    self._visit_interface(visit, link, i, modes)
+                continue
+            if i in way.bent:
+                visit.modes = modes[i]
+                self.guests[end, i, True].append((j, len(self.visits) - 1))
+            if i != end:
+                visit.wrench, visit.speeds = self.numbers, self._scene.speeds(link)
+                self.numbers += WRENCH + visit.speeds
+                if visit.speeds > 0:
+                    self.guests[end, i, False].append((j, len(self.visits) - 1))
+
+    def _visit_interface(self, visit: Visit, link: Link, i: int, modes: dict[int, int]) -> None:
+        """Write where the numbers of an interface are, and those of the modes of its body, which it shares."""
+        if link.parent not in modes:
+            modes[link.parent] = self.numbers
+            self.numbers += 2 * visit.k + 3 * visit.n
+        visit.modes = modes[link.parent]
+        if link.carries:
+            visit.wrench = visit.modes + 2 * visit.k + WRENCH * self._scene.carried(link.flexible).index(i)
 
 
 class _Scene:

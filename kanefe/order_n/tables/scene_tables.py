@@ -215,13 +215,23 @@ class TableBuilder(FrameOffsets):
         self.modes[number], self.flexible_numbers[number] = modes, flexible
         self._links[row].flexible = flexible
         own.carried = len(self._carrying)
+        self._add_interfaces(number, own, attached)
+        own.carried_count = len(self._carrying) - own.carried
+        own.border = self._border
+        self._border += room(BorderedBody, "border", k=k, carried_count=own.carried_count)
+        self._add_field_loads(body, flexible, modes, k)
+        self._bodies.append(integers)
+
+    def _add_interfaces(self, number: int, own: ExactBeam, attached: dict[str, tuple[InterfaceFrame, bool]]) -> None:
+        """Add a row for each interface of a flexible body to which something is attached."""
         from kanefe.bodies.exact.beam import SectionFrame
 
+        modes, k = self.modes[number], own.k
         for name, (frame, carries) in attached.items():
             axes = frame.at_rest.T if isinstance(frame, SectionFrame) else np.eye(3)
-            at = self._add_row(Kind.INTERFACE, row, frame.position, axes)
+            at = self._add_row(Kind.INTERFACE, own.link, frame.position, axes)
             link = InterfaceLink(self._links[at])
-            link.flexible, link.carries = flexible, carries
+            link.flexible, link.carries = self.flexible_numbers[number], carries
             if not isinstance(frame, SectionFrame):
                 link.basis = self._pool.add(modes.of_interface(frame.motion[:, :k]))
             else:
@@ -232,9 +242,9 @@ class TableBuilder(FrameOffsets):
             self.interfaces[number, name] = at
             if carries:
                 self._carrying.append(at)
-        own.carried_count = len(self._carrying) - own.carried
-        own.border = self._border
-        self._border += room(BorderedBody, "border", k=k, carried_count=own.carried_count)
+
+    def _add_field_loads(self, body: BodyTerms, flexible: int, modes: Any, k: int) -> None:
+        """Add the distributed loads on a flexible body, by its number among these."""
         for load in body.field_loads:
             constants = self._pool.add(*modes.of_field(load, k))
             quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
@@ -243,7 +253,6 @@ class TableBuilder(FrameOffsets):
             kinds = {"is_pressure": load.is_pressure, "follows": load.follows, "first_input": self.inputs.of(load)}
             places = {"constants": constants, "bends_twice": bending, "bent": bent}
             self._fields.append({"body": flexible, "mode_count": k} | kinds | places)
-        self._bodies.append(integers)
 
     def _modal_space(self, size: int) -> int:
         """Return where so many numbers are in the modal work."""
