@@ -104,13 +104,13 @@ class LiteralRoute:
         return unit_responses(state, F)
 
     def accelerations_at(self, state: State) -> Vector:
-        """Return du of the free speeds at a state, (free,) (Eq. 18)."""
+        """Return du of the free speeds at a state, (free,): see `kanefe.kane.assemble.accelerations`."""
         from kanefe.kane.assemble import accelerations
 
         return accelerations(state)
 
     def system(self, state: State) -> tuple[Matrix, Vector]:
-        """Return M_sys and F_sys over the speeds that a state spans (Eq. 10, 18)."""
+        """Return M_sys and F_sys over the speeds that a state spans: see `kanefe.kane.assemble.equations`."""
         from kanefe.kane.assemble import equations
 
         return equations(state)

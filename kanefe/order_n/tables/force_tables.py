@@ -74,6 +74,7 @@ class ForceTableBuilder:
         self.undetermined: set[int] = set()
         self.by_reaction: dict[int, tuple[int, np.ndarray]] = {}
         self.tables = self._put_down(between, loops)
+        self.told = ToldForces(self.tables.told, np.zeros(0))
 
     def _put_down(self, between: LoadsBetween, loops: Loops) -> ForceTables:
         """Return the tables for compiled code."""
@@ -115,7 +116,6 @@ class ForceTableBuilder:
                 ),
             )
         )
-        self.told = ToldForces(told, np.zeros(0))
 
     def numbers_of_parts(self, body: str, interface: str) -> list[int]:
         """Return the numbers of the parts of the force at an interface, which are one after the other."""
