@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.kane.reactions import joint_reactions
-from kanefe.kane.state import State
+from kanefe.states.state import State
 
 NODES = np.array([[0.3, 0.1, 0.0], [-0.3, 0.1, 0.1], [0.0, -0.2, 0.2], [0.05, 0.0, -0.3]])
 MASSES = [1.0, 2.0, 1.5, 0.7]
