@@ -81,7 +81,7 @@ def _rate_of_motion(model: Model, start: float) -> float:
 
 
 def explicit_serves_contacts(
-    model: Model, abrupt: Sequence[Load], times: tuple[float, float], rtol: float | None, atol: float
+    model: Model, abrupt: Sequence[Load], start: float, span: float, rtol: float | None, atol: float, is_loaded: bool
 ) -> bool:
     """Return whether the explicit method has less work while contacts do not act, and bearable work if they do.
 
@@ -89,9 +89,7 @@ def explicit_serves_contacts(
     Where some are loaded as the scene starts, they act all the time.
     """
     from kanefe.contact.contact import compliant_contacts
-    from kanefe.integrate.auto.loaded_contacts import stay_loaded
 
-    start, span = times[0], times[1] - times[0]
     contacts = [contact for _, contact in compliant_contacts(abrupt)]
     allowed = MUCH * radau_work(model, LEAST_BESIDE_KINKS)
     if len(contacts) < len(abrupt) or model.has_stops or explicit_work(model, 0.0) >= allowed:
@@ -113,7 +111,7 @@ def explicit_serves_contacts(
         G = _velocities_squared(state, contact)
         K, C = K + stiffness * G, C + damping * G
     rate = highest_rate(model, start, K, C)
-    return explicit_work(model, span * max(rate, slipping)) < (allowed / MUCH if stay_loaded(model, start) else allowed)
+    return explicit_work(model, span * max(rate, slipping)) < (allowed / MUCH if is_loaded else allowed)
 
 
 def _velocities_squared(state: State, contact: Contact) -> Matrix:

@@ -77,6 +77,8 @@ def choose(model: Model, options: RunOptions) -> Choice:
         found = _candidates(model, options).choose()
         name, reason = found.name, found.reason
         control = replace(control, changes=found.changes)
+        if options.atol is None and step is None:
+            control = replace(control, atol=control.atol * found.share)
         if step is None and found.step is not None:
             step = _dividing(options.times, found.step)
             control = replace(control, step=step)

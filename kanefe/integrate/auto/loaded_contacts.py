@@ -20,14 +20,13 @@ TOUCHES = 1e-9
 """Gap, relative to the size of the scene, up to which a point touches but for round-off."""
 
 
-def stay_loaded(model: Model, start: float) -> bool:
-    """Return whether a contact of a straight law stays loaded from the start (s) on.
+def loaded_depth(model: Model, start: float) -> float:
+    """Return how deep contacts of straight laws are that stay loaded from the start (s) on, m; zero: none does.
 
     A point touches, and would move into its surface without them. It does not bounce: the contact holds it back no more
-    than twice as much as that, and it is as slow as it would be in a vibration of that size.
+    than twice as much as that, and it is as slow as it would be in a vibration of that size. The least depth of all is
+    told, as in statics.
     """
-    if not any(contact.straight for _, contact in compliant_contacts(model.loads)):
-        return False
     state, n = State(model, start, model.initial_coordinates, model.initial_speeds), model.free_count
     rows, forces, stiffnesses, gap = list[Matrix](), list[float](), list[float](), TOUCHES * scene_length(model)
     for number, contact in compliant_contacts(model.loads):
@@ -39,19 +38,19 @@ def stay_loaded(model: Model, start: float) -> bool:
             forces.append(touch.normal_force)
             stiffnesses.append((contact.straight or 0.0) * touch.share)
     if not rows:
-        return False
+        return 0.0
     dynamics, G, u = Dynamics(model), np.concatenate(rows), model.initial_speeds[:n]
     du = dynamics.rate(start, dynamics.initial_state(start))[model.coordinate_count :][:n]
     try:
         mass = scipy.linalg.cho_factor(model.literal.mass_at_start(start))
     except np.linalg.LinAlgError:  # something has inertia only through loops
-        return False
+        return 0.0
     # what the forces now, and those at the same depth of all points, do against it
     held, squares = (G @ scipy.linalg.cho_solve(mass, G.T @ np.array((forces, stiffnesses)).T)).T
     pressed, least = held - G @ du, PRESSED * float(np.linalg.norm(model.gravity))
     is_slow = (G @ u) ** 2 * squares <= pressed**2
     stays = (pressed > least) & (squares > 0.0) & (held <= 2.0 * pressed) & is_slow
-    return bool(np.any(stays))
+    return float((pressed[stays] / squares[stays]).min()) if np.any(stays) else 0.0
 
 
 def velocity_at(state: State, surface: Marker, end: Marker, point: Vector) -> Matrix:

@@ -18,7 +18,6 @@ from kanefe.integrate.auto.abrupt_forces import (
 )
 from kanefe.integrate.auto.cost import (
     LEAST_OF_RADAU,
-    STABLE,
     evaluation,
     explicit_work,
     radau_work,
@@ -46,7 +45,7 @@ from kanefe.integrate.jumps import NO_CHANGES, Changes
 from kanefe.integrate.methods.table import own_methods, serving
 from kanefe.integrate.stepper import LEAST_STEPS
 from kanefe.loads.base import Load
-from kanefe.tree.scales import modal_frequencies
+from kanefe.tree.scales import modal_frequencies, scene_length
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps of the explicit method for the elastic modes above which an implicit method is taken."""
@@ -64,9 +63,14 @@ FEW_PERIODS, FEW_IF_LOOSE = 30.0, 20.0
 """Periods of the slowest mode in a run up to which every method resolves its vibrations; and their number from
 `LOOSE_RTOL` on, where the extrapolation has no first step that is long enough."""
 
-MOST_OUTSIDE = LEAST_STEPS * STABLE
+MOST_OUTSIDE = 150.0
 """Product of the highest rate outside the sweep and the span below which steps that sample functions often enough
-suffice: none of them is longer than what an explicit method is stable for."""
+suffice."""
+
+SHARE_OF_DEPTH, CONTACT_ATOL = 0.01, 1e-7
+"""Largest absolute tolerance with contacts and friction: a hundredth of their deflection, and that relative to the size
+of the scene where the deflection is not known and may be 1e-5. With a larger tolerance a loose run shakes sticking
+points loose and takes more steps."""
 
 MANY_SAMPLES = 50.0
 """Number of controller samples from which Radau's method needs too many Jacobians, and steps of the explicit method end
@@ -90,6 +94,8 @@ class SuitedMethod(NamedTuple):
     then : str
         Method that takes over where the error asks for steps below `least` (s); empty: none does.
     least : float
+    share : float
+        Of the usual absolute tolerance.
     step : float or None
         Of a method with fixed steps, s.
     changes : Changes or None
@@ -106,6 +112,7 @@ class SuitedMethod(NamedTuple):
     reason: str
     then: str = ""
     least: float = 0.0
+    share: float = 1.0
     step: float | None = None
     changes: Changes | None = None
     rivals: tuple[str, ...] = ()
@@ -207,13 +214,19 @@ def _for_abrupt_forces(
     model: Model, abrupt: Sequence[Load], times: tuple[float, float], rtol: float | None, atol: float
 ) -> SuitedMethod:
     """Return the method for a scene with forces that act at once: contacts, friction, stops."""
+    from kanefe.contact.contact import compliant_contacts
+    from kanefe.integrate.auto.loaded_contacts import loaded_depth
+
     start, span = times[0], times[1] - times[0]
+    depth = loaded_depth(model, start) if any(load.straight for _, load in compliant_contacts(abrupt)) else 0.0
+    share = min(max(CONTACT_ATOL, SHARE_OF_DEPTH * depth / scene_length(model)) / atol, 1.0)
     if explicit_serves_friction(model, abrupt, start, span):
-        return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks")
+        return SuitedMethod("dop853", "friction in joints, which is not stiff if all of it sticks", share=share)
     reason = f"{abrupt[0].kind} {abrupt[0].name!r} may become stiff suddenly"
-    if explicit_serves_contacts(model, abrupt, times, rtol, atol):
-        return SuitedMethod("dop853", f"{reason}, but seldom acts")
-    return SuitedMethod("radau5", reason)
+    if explicit_serves_contacts(model, abrupt, start, span, rtol, atol, depth > 0.0):
+        reason += ", but seldom acts"
+        return SuitedMethod("dop853", reason, share=share)
+    return SuitedMethod("radau5", reason, share=share)
 
 
 def _by_rates(model: Model, times: tuple[float, float], rtol: float | None, atol: float, rate: float) -> SuitedMethod:

@@ -38,14 +38,6 @@ def radau_iia() -> dict[str, Any]:
     return {"nodes": nodes, "weights": weights, **of_stages, **eigenvalues}
 
 
-def estimate_of_vibration(radians: float) -> complex:
-    """Return the error estimate of a step over so many radians of a vibration of size 1, ``dy/dt = i y``."""
-    own, stages = _coefficients(), np.arange(1, 4)
-    A = (own["nodes"][:, None] ** stages / stages) @ np.linalg.inv(np.vander(own["nodes"], 3, increasing=True))
-    changes = np.linalg.solve(np.linalg.inv(A) - 1j * radians * np.eye(3), 1j * radians * np.ones(3))
-    return complex((own["weights"] @ changes + 1j * radians) / (own["gamma"] - 1j * radians))
-
-
 def of_order_three(rtol: float) -> float:
     """Return the estimate of order 3 that a step of order 5 may have (Hairer & Wanner 1996, IV.8, the code RADAU5).
 

@@ -10,7 +10,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.integrate.auto.choice import choose, method_names
-from kanefe.integrate.auto.cost import LEAST_OF_RADAU, SEEN_BY_RADAU, error_of_radau, steps_of_radau
+from kanefe.integrate.auto.cost import ERROR_OF_RADAU, LEAST_OF_RADAU, SEEN_BY_RADAU, steps_of_radau
 from kanefe.integrate.auto.explicit_rates import rate_of_functions
 from kanefe.integrate.auto.suited_method import candidates
 from kanefe.integrate.auto.vibrations import CALM, LEAST_DAMPING, MOST_RADIANS, Vibrations, least_damping
@@ -119,7 +119,7 @@ def test_steps_of_radau_are_those_of_a_vibration_that_fades(ratio: float, begins
     error = haste * size / (of_order_three(rtol) * (haste * size + atol / rtol))
     times = np.linspace(0.0, 10.0 / begins, 100_001)
     left = error * np.exp(-ratio * frequency * times)
-    pace = np.where(left > SEEN_BY_RADAU, frequency * (error_of_radau() * left) ** 0.25, 0.0)
+    pace = np.where(left > SEEN_BY_RADAU, frequency * (ERROR_OF_RADAU * left) ** 0.25, 0.0)
     steps = begins * float(np.sum(pace[1:] + pace[:-1]) * times[1] / 2.0)
     # of the trapezoidal rule, mostly where the vibration ends
     assert steps_of_radau(10.0, rtol, atol, found) == pytest.approx(max(steps, LEAST_OF_RADAU), rel=1e-3)
