@@ -82,6 +82,7 @@ PARTS = (
         "dolfinx", "fenics-dolfinx", "bodies from meshes", "apt-get install python3-dolfinx, or " + _extra("fenicsx")
     ),
     Dependency("gmsh", "gmsh", "meshes, and sources of them", "apt-get install python3-gmsh, or pip install gmsh"),
+    Dependency("OCP", "cadquery-ocp-novtk", "names of faces in STEP files", _extra("cad")),
     Dependency(
         "numba", "numba", "kernels where no wheel brought them, compiled functions of one's own", _extra("compile")
     ),
@@ -100,7 +101,7 @@ PARTS = (
     Dependency("mujoco", "mujoco", "robots of MJCF files", _extra("robots")),
 )
 
-APART = {"dolfinx", "gmsh"}
+APART = {"dolfinx", "gmsh", "OCP"}
 """Packages imported in a separate process, because their libraries must not meet those of other packages."""
 
 COMPILER = Dependency(

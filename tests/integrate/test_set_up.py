@@ -136,7 +136,9 @@ def test_a_given_start_is_run_as_in_a_scene_of_its_own(make):
 
 def test_starts_of_one_scene_share_their_tables(monkeypatch):
     made = []
-    monkeypatch.setattr("kanefe.order_n.route.TableBuilder", lambda model: made.append(1) or TableBuilder(model))
+    monkeypatch.setattr(
+        "kanefe.order_n.scene_in_tables.TableBuilder", lambda model: made.append(1) or TableBuilder(model)
+    )
     scene = four_bar()
     for start in [scene.simulate((0.0, 0.2)).at(t) for t in (0.1, 0.2)]:
         scene.simulate((0.0, 0.1), start=start)

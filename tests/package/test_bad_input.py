@@ -38,7 +38,7 @@ MADE_BY_KANEFE = """
     Linearisation
     Link Link.given Link.sliding Link.turning Link.winding LinkKernel LoadEvent LoadKernel MassField Mesh
     MissingDependency Model Modes MotionRao NodalPattern Part PronyFit ProposedJoint RaoConvention RaoConvention.of
-    Result Result.from_channels RunStatus SampledLoop SceneState ScreenedRun Sea SegmentedBody Simulation
+    Result Result.from_channels RunStatus SampledLoop SceneState ScreenedLoad ScreenedRun Sea SegmentedBody Simulation
     Simulation.drive_of StabilityLimit StabilityMap StiffnessSection StiffnessSection.of Tangent
     fatigue.Cycles fatigue.Damage fatigue.MeanStress studies.GumbelFit studies.Operability
 """

@@ -74,7 +74,7 @@ def called(function: ast.expr) -> list[Callable[..., Any]]:
     if isinstance(root, ast.Name) and root.id in {"kf", "kanefe", "kanefe_fem"}:
         text = ast.unparse(function).replace("kanefe.", "kf.")
         return [eval(text, {"kf": kf, "kanefe_fem": kanefe_fem})]
-    return [getattr(holder, function.attr) for holder in HOLDERS if hasattr(holder, function.attr)]
+    return [found for holder in HOLDERS if callable(found := getattr(holder, function.attr, None))]
 
 
 def fits(one: Callable[..., Any], call: ast.Call) -> bool:

@@ -103,6 +103,15 @@ call(
 )
 call("kanefe.write_matrices", kf.write_matrices, model=steel_beam(2), path="m.npz")
 call("kanefe.write_sid", kf.write_sid, body=beam(), path="b.sid", nodes=())
+call(
+    "kanefe.write_superelement",
+    kf.write_superelement,
+    body=beam(),
+    path="b.bdf",
+    form="nastran",
+    boundary=None,
+    modes=None,
+)
 files("kanefe.read_matrices", kf.read_matrices, path="model.npz", **EXPECTED)
 files("kanefe.read_sid", kf.read_sid, path="body.sid", names=None, fixed=None, expected_mass=None)
 files(

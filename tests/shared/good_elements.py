@@ -225,3 +225,21 @@ call(
     center=(0, 0, 0),
     thermal_strain=0.0,
 )
+
+SHELL = {"thickness": 0.01, "offset": 0.0, "fold": 0.35, "shear_factor": None, "cells": None}
+SHEET = fem.surface_mesh(lambda s, r: (s, r, 0.0 * s), (2, 1))
+call("kanefe_fem.surface_mesh", fem.surface_mesh, place=lambda s, r: (s, r, 0.0 * s), counts=(2, 1))
+call("kanefe_fem.shell_model", fem.shell_model, mesh=SHEET, materials=STEEL, **SHELL)
+call(
+    "kanefe_fem.shell_body",
+    fem.shell_body,
+    mesh=SHEET,
+    materials=STEEL,
+    interfaces={"root": "clamped"},
+    reduction=kf.CraigBampton(modes=2),
+    damping=None,
+    stiffening="none",
+    **SHELL,
+    cache=False,
+    progress=None,
+)

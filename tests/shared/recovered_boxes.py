@@ -83,6 +83,10 @@ def recovered(fields: StrainFields, eta: np.ndarray, material: int | str | None 
     """What `recover` gives for a run with these coordinates at 0, 1, 2, ... s."""
     shape = shape_of(fields)
     result = SimpleNamespace(
-        body=lambda name: shape, modal_coordinates=lambda name: eta, times=np.arange(len(eta), dtype=float), run=None
+        loads=(),
+        body=lambda name: shape,
+        modal_coordinates=lambda name: eta,
+        times=np.arange(len(eta), dtype=float),
+        run=None,
     )
     return recover(result, "b", material=material)

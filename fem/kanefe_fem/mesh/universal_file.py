@@ -39,7 +39,7 @@ KINDS = {
 """Cells of the descriptors of finite elements that are read."""
 
 _BEAMS = (11, 21, 22, 23, 24)
-"""Descriptors of elements with a line of their orientation before that of their nodes."""
+"""Numbers of the descriptors of elements with a line of their orientation before that of their nodes."""
 
 _ORDERS = {
     "line3": (0, 2, 1),
@@ -59,7 +59,7 @@ _NOT_READ |= {2432: "groups", 752: "groups"}
 """Older data sets of a mesh."""
 
 _NODE, _ELEMENT = 7, 8
-"""Kinds of members of groups."""
+"""Numbers of the kinds of members of groups."""
 
 
 @dataclass

@@ -32,7 +32,7 @@ from kanefe_fem.shells.mass import mass_field
 from kanefe_fem.shells.orientation import consistent
 from kanefe_fem.shells.pairs import of_nine_nodes
 from kanefe_fem.shells.problem import ShellCells, ShellProblem, stress_stiffness
-from kanefe_fem.shells.sections import Section, section
+from kanefe_fem.shells.sections import ShellSection, section
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -229,7 +229,7 @@ class _Group:
         refuse_losses(material, f"group {name!r} of a shell", "damping= of shell_body, or a solid")
         plain = material.material if isinstance(material, Oriented) else material
         self.thickness = _thickness_of(name, plain, thickness)
-        self.section: Section = section(plain, _offset_of(name, offset), shear_factor)
+        self.section: ShellSection = section(plain, _offset_of(name, offset), shear_factor)
 
     @property
     def described(self) -> float | str:

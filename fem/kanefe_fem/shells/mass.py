@@ -1,8 +1,8 @@
 """Mass of a shell as points on three surfaces, which only translate.
 
-The mass of a line through the thickness is that of three points on the director, `Section.points`. At a height z the
-area is ``det(I + z n,i)`` times as large as on the surface, so that mass and inertia of a curved shell are those of the
-volume that the directors sweep (its moments are polynomials of degree four in z).
+The mass of a line through the thickness is that of three points on the director, `ShellSection.points`. At a height z
+the area is ``det(I + z n,i)`` times as large as on the surface, so that mass and inertia of a curved shell are those of
+the volume that the directors sweep (its moments are polynomials of degree four in z).
 """
 
 from __future__ import annotations

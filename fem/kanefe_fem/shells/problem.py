@@ -23,7 +23,7 @@ from kanefe_fem import _fenicsx
 from kanefe_fem.shells import forms as shell_forms
 from kanefe_fem.shells.assumed import FIELDS, block_diagonal, energy_of_moments
 from kanefe_fem.shells.directors import Directors
-from kanefe_fem.shells.sections import Section
+from kanefe_fem.shells.sections import ShellSection
 
 SAGITTA = 1.25e-3
 """Square of the rise of a cell over its thickness at which half of the membrane is integrated in full: 28 rises to a
@@ -56,7 +56,7 @@ class ShellCells:
         At the nodes, m.
     along : ndarray, shape (m, 3)
         Direction whose part in the surface is the first axis of the material.
-    sections : tuple of Section
+    sections : tuple of ShellSection
     of_cell : ndarray of int, shape (m,)
         Number of the section of each cell.
     """
@@ -65,7 +65,7 @@ class ShellCells:
     sides: np.ndarray
     thickness: np.ndarray
     along: np.ndarray
-    sections: tuple[Section, ...]
+    sections: tuple[ShellSection, ...]
     of_cell: np.ndarray
 
 
@@ -238,13 +238,13 @@ def _sizes(element: Shape, corners: np.ndarray, normals: np.ndarray) -> tuple[np
     return area, np.sqrt(np.einsum("mp,mpab,mpab->m", stretch, form, form) / area)
 
 
-def _moduli(section: Section) -> np.ndarray:
+def _moduli(section: ShellSection) -> np.ndarray:
     """Return the upper triangles of A1, B1, D1 and S1, shape (21,)."""
     upper = [section.stiffness(power)[np.triu_indices(3)] for power in range(3)]
     return np.concatenate((*upper, section.shear[np.triu_indices(2)]))
 
 
-def _point_of_layer(section: Section, number: int, end: float) -> np.ndarray:
+def _point_of_layer(section: ShellSection, number: int, end: float) -> np.ndarray:
     """Return height, weight and moduli of one of the two points of a layer, shape (11,); zeros if there is none."""
     if number >= len(section.layers):
         return np.zeros(11)

@@ -47,7 +47,7 @@ class Layer:
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class ShellSection:
     """The layers of a shell, from its bottom (against the normal) to its top.
 
     Attributes
@@ -106,7 +106,7 @@ class Section:
         return heights, vectors[0] ** 2
 
 
-def section(material: SolidMaterial, offset: float = 0.0, shear_factor: float | None = None) -> Section:
+def section(material: SolidMaterial, offset: float = 0.0, shear_factor: float | None = None) -> ShellSection:
     """Return the section of a material, or of the plies of a laminate.
 
     Parameters
@@ -119,13 +119,13 @@ def section(material: SolidMaterial, offset: float = 0.0, shear_factor: float | 
         Default: from the stack, 5/6 if it is homogeneous.
     """
     if not isinstance(material, Laminate):
-        return Section((_layer(material, offset - 0.5, offset + 0.5, 0.0),), shear_factor)
+        return ShellSection((_layer(material, offset - 0.5, offset + 0.5, 0.0),), shear_factor)
     heights = np.cumsum([0.0, *(ply.thickness for ply in material.plies)]) / material.thickness - 0.5 + offset
     layers = [
         _layer(ply.material, bottom, top, ply.angle)
         for ply, bottom, top in zip(material.plies, heights[:-1], heights[1:], strict=True)
     ]
-    return Section(tuple(layers), shear_factor)
+    return ShellSection(tuple(layers), shear_factor)
 
 
 def _layer(material: SolidMaterial, bottom: float, top: float, angle: float) -> Layer:

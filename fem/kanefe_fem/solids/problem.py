@@ -71,7 +71,7 @@ class SolidProblem:
         return matrix[self.scalar_order][:, self.scalar_order]
 
 
-class Forms(NamedTuple):
+class CompiledForms(NamedTuple):
     """The compiled forms of an assembly, for the same with other numbers on the cells.
 
     Attributes
@@ -103,7 +103,7 @@ class Assembly:
         Time of each stage.
     versions : dict
         Versions of dolfinx and PETSc.
-    forms : Forms
+    forms : CompiledForms
     """
 
     stiffness: sp.csr_matrix
@@ -111,7 +111,7 @@ class Assembly:
     problem: SolidProblem
     seconds: dict[str, float]
     versions: dict[str, str]
-    forms: Forms
+    forms: CompiledForms
 
     @property
     def order_of_nodes(self) -> np.ndarray:
@@ -211,7 +211,9 @@ def _assemble(
 
     stages = ("create mesh", "compile forms", "assemble stiffness", "assemble mass")
     seconds = dict(zip(stages, np.diff(clock).tolist(), strict=True))
-    return Assembly(stiffness, mass, problem, seconds, fx.versions, Forms(stiffness_form, mass_form, rho, original))
+    return Assembly(
+        stiffness, mass, problem, seconds, fx.versions, CompiledForms(stiffness_form, mass_form, rho, original)
+    )
 
 
 def solid_problem(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, kind: str, straight: bool) -> SolidProblem:

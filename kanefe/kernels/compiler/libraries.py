@@ -80,11 +80,15 @@ ALWAYS = tuple(
 )
 """Files of kernels on which every library depends."""
 
-NEVER = tuple(
-    f"compiler/{name}.py"
-    for name in ("entries", "compiled_functions", "libraries", "processors", "side_by_side", "_numba_functions")
+NEVER = (
+    *(
+        f"compiler/{name}.py"
+        for name in ("entries", "compiled_functions", "libraries", "processors", "side_by_side", "_numba_functions")
+    ),
+    "values/filled.py",
 )
-"""Files that call machine code, or compile functions of users in each process, and are no part of a library."""
+"""Files that call machine code, compile functions of users in each process, or fill memory where a scene is frozen, and
+are no part of a library."""
 
 
 def _modules(names: str) -> tuple[str, ...]:

@@ -70,7 +70,7 @@ def test_a_full_system_has_the_pivots_of_the_dense_one() -> None:
     system = envelope(A, [0] * 7, [7] * 7, scale)
     weakest = weakest_of(system, TOLERANCE, 0, 7)
     L, inverses, order, column = np.zeros((7, 7)), np.zeros(7), np.zeros(7), np.zeros(7)
-    rank, expected = pivoted.factor(A, scale, TOLERANCE, L, inverses, order, column)
+    rank, expected = pivoted.factor(A, scale, TOLERANCE, pivoted.Pivots(L, inverses, order, column))
     assert rank == 5 == np.count_nonzero(system.inverses)
     assert weakest == pytest.approx(expected, rel=1e-10)
     np.testing.assert_allclose(system.inverses[:5], inverses[:5], rtol=1e-10)
@@ -145,7 +145,7 @@ def test_pivots_fade_as_those_of_the_dense_system(least: float) -> None:
     system = envelope(A, [0, 0], [2, 2], np.ones(2))
     weakest = weakest_of(system, TOLERANCE, 0, 2)
     L, inverses, order, column = np.zeros((2, 2)), np.zeros(2), np.zeros(2), np.zeros(2)
-    rank, expected = pivoted.factor(A, np.ones(2), TOLERANCE, L, inverses, order, column)
+    rank, expected = pivoted.factor(A, np.ones(2), TOLERANCE, pivoted.Pivots(L, inverses, order, column))
     # the pivot is what is left of numbers of 1
     assert weakest == pytest.approx(expected, rel=1e-12)
     np.testing.assert_allclose(system.inverses, inverses, rtol=1e-12)
