@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.algebra.pivoted import LEAST_KEPT, NEGATIVE, ROUND_OFF
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined
 
 
 class Envelope(NamedTuple):
@@ -57,7 +57,7 @@ def first_of(ends: np.ndarray, a: int) -> int:
     return a + 1 - (ends[a + 1] - ends[a])
 
 
-@kernel
+@inlined
 def factor_envelope(system: Envelope, tolerance: float, begin: int, end: int) -> tuple[float, float]:
     """Factor a part of a system that has nothing in common with the rest; return its least and its largest pivot.
 
@@ -139,7 +139,7 @@ def _pivot(system: Envelope, tolerance: float, largest: float, first: int, p: in
     return weakest
 
 
-@kernel
+@inlined
 def _exchange(system: Envelope, first: int, k: int, other: int, q: int) -> None:
     """Exchange two rows, and columns, of a block of which the lower triangle is kept, and what is before them."""
     ends, L, taken = system.ends, system.L, system.taken
@@ -156,7 +156,7 @@ def _exchange(system: Envelope, first: int, k: int, other: int, q: int) -> None:
         L[row + k], L[row + other] = L[row + other], L[row + k]
 
 
-@kernel
+@inlined
 def solve_envelope(system: Envelope, right: np.ndarray, begin: int, end: int, x: np.ndarray) -> None:
     """Write x of ``A x = right`` for columns, (m, columns), of a part; zero for rows that are left out."""
     ends, L, count = system.ends, system.L, right.shape[1]

@@ -13,7 +13,7 @@ def _size(x: complex) -> float:
     return abs(x.real) + abs(x.imag)
 
 
-@kernel
+@inlined
 def factorise(A: np.ndarray, pivots: np.ndarray) -> bool:
     """Replace A by its factors, and note which row was exchanged with each; return whether A is regular.
 
@@ -42,7 +42,7 @@ def factorise(A: np.ndarray, pivots: np.ndarray) -> bool:
     return True
 
 
-@kernel
+@inlined
 def solve(A: np.ndarray, pivots: np.ndarray, b: np.ndarray) -> None:
     """Replace b by the solution of the system whose factors `factorise` left."""
     size = len(A)
@@ -118,7 +118,7 @@ def solve_from_last(A: np.ndarray, pivots: np.ndarray, b: np.ndarray) -> None:
         b[i] = total / A[i, i]
 
 
-@kernel
+@inlined
 def solve_columns(A: np.ndarray, pivots: np.ndarray, B: np.ndarray) -> None:
     """Replace the columns of B by the solutions of the system whose factors `factorise` left."""
     size = len(A)

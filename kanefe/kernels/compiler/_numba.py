@@ -33,8 +33,8 @@ RELAXED = {"contract", "nsz", "arcp"}
 INSIDE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 # No kernel makes an array that outlives it, so that none counts references to arrays, which would cost more than half
-# of a small evaluation.
-INNER = {"error_model": "numpy", "_nrt": False, **INSIDE}
+# of a small evaluation. What is not said here numba takes from the kernel that happens to be the first to call it.
+INNER = {"error_model": "numpy", "_nrt": False, "fastmath": False, "forceinline": False, **INSIDE}
 
 _seconds_compiling = 0.0
 
@@ -68,7 +68,7 @@ def numba_for(what: str) -> Any:
 
 def kernel(function: Function) -> Function:
     """Mark a function that other kernels call."""
-    return _marked(function, {"fastmath": RELAXED, **INNER})
+    return _marked(function, {**INNER, "fastmath": RELAXED})
 
 
 def exact(function: Function) -> Function:
@@ -78,7 +78,7 @@ def exact(function: Function) -> Function:
 
 def inlined(function: Function) -> Function:
     """Mark a small function that is compiled into each place where it is called: its arguments stay in registers."""
-    return _marked(function, {"fastmath": RELAXED, "forceinline": True, **INNER})
+    return _marked(function, {**INNER, "fastmath": RELAXED, "forceinline": True})
 
 
 def expanded(function: Function) -> Function:
@@ -91,7 +91,7 @@ def expanded(function: Function) -> Function:
 
 def vector_kernel(function: Function) -> Function:
     """Mark a function of long sums whose order may change, so that they use vector instructions."""
-    return in_vectors(_marked(function, {"fastmath": RELAXED | {"reassoc"}, "forceinline": True, **INNER}))
+    return in_vectors(_marked(function, {**INNER, "fastmath": RELAXED | {"reassoc"}, "forceinline": True}))
 
 
 def in_vectors(function: Function) -> Function:
@@ -165,7 +165,7 @@ def dispatcher(function: Callable[..., Any]) -> Any:
 
     copy = seeing_compiled(function)  # other kernels first, of which one may be this
     if function not in _dispatchers:
-        options = getattr(function, "kernel_options", {"fastmath": RELAXED, **INNER})
+        options = getattr(function, "kernel_options", {**INNER, "fastmath": RELAXED})
         _dispatchers[function] = numba.njit(**options)(copy)
     return _dispatchers[function]
 

@@ -57,7 +57,7 @@ def compiled_entry(function: Callable[..., Any], source: str, names: dict[str, A
 def compiled_pointer(function: Callable[..., Any], kind: str) -> Translated:
     """Compile a kernel to a function of one of the shared types of `kanefe.kernels.compiler.arrays`."""
     numba = _numba()
-    inner = numba.njit(**INNER, fastmath=RELAXED)(seeing_compiled(function))
+    inner = numba.njit(**{**INNER, "fastmath": RELAXED})(seeing_compiled(function))
     return _translated(c_function(inner, kind), c_signature(kind))
 
 

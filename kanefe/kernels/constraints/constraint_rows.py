@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.loads.markers import Marker, MarkerMotion
 from kanefe.kernels.values.records import Record, Rows
 from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
@@ -129,7 +129,7 @@ class Actions(Rows[Action]):
     """What all rows exert."""
 
 
-@kernel
+@inlined
 def exert(row: ConstraintRow, a: MarkerMotion, b: MarkerMotion, action: Action) -> None:
     """Write what a row between two markers exerts, moments about their origins."""
     kind, e = row.kind, a.A @ row.e

@@ -11,7 +11,7 @@ from collections import namedtuple
 from typing import Any
 
 from kanefe.kernels.algebra.lengths import norm
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.force_elements.places import A
 from kanefe.kernels.values.records import numbers_from
 from kanefe.kernels.values.tensors import Vector, cross, dot
@@ -39,7 +39,7 @@ Face = namedtuple("Face", "axis side")
 """A face of a box: its axis, and on which side it is."""
 
 
-@kernel
+@inlined
 def boxes_meet(own: HalfBox, other: HalfBox) -> BoxesMet:
     """Return how two boxes meet."""
     between = own.end.p - other.end.p
@@ -101,7 +101,7 @@ def overlap_along(axis: Vector, between: Vector, own: HalfBox, other: HalfBox) -
     return reach
 
 
-@kernel
+@inlined
 def box_slot(met: BoxesMet, slot: int, own: HalfBox, other: HalfBox) -> tuple[Any, Vector]:
     """Return depth and place in N of a slot."""
     n = met.normal
@@ -125,7 +125,7 @@ def box_slot(met: BoxesMet, slot: int, own: HalfBox, other: HalfBox) -> tuple[An
     return crossing((slot - CROSSINGS) % 2, edge, other, of_other, n, margin)
 
 
-@kernel
+@inlined
 def crossing(
     is_end: int, edge: tuple[Vector, Vector], box: HalfBox, face: Face, n: Vector, margin: float
 ) -> tuple[Any, Vector]:

@@ -185,7 +185,7 @@ def is_held(at: AtState, first: int) -> bool:
     return at.own.has_memory == 0.0 or AnchorStates(at.states, first).sticks.real > 0.5
 
 
-@kernel
+@inlined
 def turned(at: AtState, i: int, place: Place, pressed: Any, done: Done) -> Vector:
     """Return the moment against turning of a point; write the rates of its states, and add what else it does."""
     own, point, surface, end = at.own, point_of(at, i), Ends(at.ends)[0], end_of(at, i)

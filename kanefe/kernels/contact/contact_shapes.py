@@ -115,7 +115,7 @@ def about(offset: Vector, radius: float) -> Away:
     return Away(r - radius, along(offset, r))
 
 
-@kernel
+@inlined
 def distance(numbers: Any, at: int, x: Vector) -> Away:
     """Return the signed distance of a point, and the normal."""
     kind = int(numbers[at])
@@ -210,7 +210,7 @@ def normal_of(ground: Ground) -> Vector:
     return (1.0 / norm(n)) * n
 
 
-@inlined
+@kernel
 def foot_on_heights(field: HeightField, x: Vector) -> Ground:
     """Return where a field of heights is nearest to a place.
 
@@ -286,7 +286,7 @@ def weight_of(k: int, f: Any) -> Any:
     return 0.5 * f * f * (f - 1.0), 0.5 * f * (3.0 * f - 2.0), 3.0 * f - 1.0
 
 
-@kernel
+@inlined
 def normal_rate(numbers: Any, at: int, x: Vector, v: Vector) -> Vector:
     """Return the rate of the normal at a point that moves past a plane, sphere or height field: ``H v``."""
     kind = int(numbers[at])

@@ -91,7 +91,7 @@ def way_between(own: Posed, other: ConvexShape, simplex: Simplex) -> Way:
     return Way(True, v, place_between(simplex, count, v))
 
 
-@kernel
+@inlined
 def reduce_simplex(simplex: Simplex, count: int, is_outside: bool) -> tuple[int, Vector]:
     """Keep the vertices that the place nearest to the origin lies between; return how many, and it; 0: all around.
 
@@ -125,7 +125,7 @@ def reduce_simplex(simplex: Simplex, count: int, is_outside: bool) -> tuple[int,
     return left, v
 
 
-@kernel
+@inlined
 def place_between(simplex: Simplex, count: int, v: Vector) -> Vector:
     """Return the place of the own core that a place v between vertices of the simplex belongs to."""
     a, own = simplex[0].v, simplex[0].own
@@ -183,7 +183,7 @@ Guess = namedtuple("Guess", "gap n")
 """The gap along a direction, and that."""
 
 
-@kernel
+@inlined
 def first_guess(own: Posed, other: ConvexShape, least: float) -> Vector:
     """Return the direction in which overlapping cores are the least in each other, of those of faces and of axes."""
     best = Guess(-np.inf, Vector(0.0, 0.0, 1.0))

@@ -44,7 +44,7 @@ def put_slot(slots: Slots, i: int, depth: float, normal: Vector, place: Vector, 
     slot.depth, slot.normal, slot.place, slot.share = depth, normal, place, share
 
 
-@kernel
+@inlined
 def put_edges(face: Polygon, over: Polygon, close: float, side: float, slots: Slots, first: int) -> float:
     """Write both ends of what is left of all edges of a face over another; return the length of all that is left."""
     total = 0.0
@@ -112,7 +112,7 @@ def area(face: Polygon) -> float:
     return twice
 
 
-@kernel
+@inlined
 def put_lines(one: Edge, other: Edge, gap: float, slots: Slots, first: int) -> None:
     """Write where two rounded lines touch: where they cross, and both ends of how far they lie along each other."""
     u, v, from_c = one.b - one.a, other.b - other.a, one.a - other.a

@@ -144,7 +144,7 @@ def carried_by_line(slots: Slots, at: int, line: Edge, face: Polygon, share: flo
     return carried(slots, at, 2, share, put_edge(line, face, patch.close, slots, at), patch)
 
 
-@kernel
+@inlined
 def carried(slots: Slots, first: int, count: int, share: float, left: float, patch: Patch) -> float:
     """Have some places carry a share of the contact by the lengths that are their shares; return what they carry.
 

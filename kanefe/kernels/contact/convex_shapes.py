@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.values.records import Behind, Record, Rows
 from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
 
@@ -91,7 +91,7 @@ def outward(shape: ConvexShape, direction: Vector) -> Vector:
     return (1.0 / length if length > STRAIGHT_DOWN * norm(direction) else 0.0) * way
 
 
-@kernel
+@inlined
 def farthest(shape: ConvexShape, direction: Vector) -> Vector:
     """Return the place of the core that is farthest along a direction, in the axes of the shape."""
     best, found, vertices = -np.inf, 0, Vertices(shape.vertices)
@@ -124,7 +124,7 @@ def corner(shape: ConvexShape, face: ShapeFace, i: int) -> Vector:
     return vertex(shape, int(shape.vertices[corners + int(face.first) + i]))
 
 
-@kernel
+@inlined
 def face_along(shape: ConvexShape, direction: Vector) -> ShapeFace:
     """Return the face that looks most along a direction, of those with most of the highest vertices."""
     level = dot(farthest(shape, direction), direction) - SAME_HEIGHT * shape.size
@@ -139,7 +139,7 @@ def face_along(shape: ConvexShape, direction: Vector) -> ShapeFace:
     return found
 
 
-@kernel
+@inlined
 def put_corners(own: Posed, direction: Vector, axes: Matrix, out: Any) -> tuple[int, Vector]:
     """Write the corners of the face, or of the polygon in the disc, that looks most along a direction.
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.values.filled import filled
 from kanefe.kernels.values.records import Record
 
@@ -58,7 +58,7 @@ def steady_coefficient(friction: SteadyNumbers, slip: Any) -> Any:
     return mu
 
 
-@kernel
+@inlined
 def slip_speed(pull: Any, least: Any, fall: Any, damping: Any, speed: float, exponent: float) -> Any:
     """Return how fast an anchor slips (m/s): the root of ``c s + F(s) = pull``, 0 if there is none.
 

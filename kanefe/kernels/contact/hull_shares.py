@@ -93,7 +93,7 @@ def alike(at: AtState, normal: Vector) -> HullMet:
     return HullMet(deepest, total)
 
 
-@kernel
+@inlined
 def weight(at: AtState, i: int, normal: Vector, pressed: Any, deepest: Any) -> Any:
     """Return what a corner has before it is shared out: of its faces, and as far as it is as deep as the deepest."""
     first = int(at.own.faces)

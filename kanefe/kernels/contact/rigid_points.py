@@ -242,7 +242,7 @@ def _lowest(n: Vector, n_rate: Vector, axis: Vector, w: Vector) -> tuple[Vector,
     return direction, (1.0 / size) * across(down_rate, direction)
 
 
-@kernel
+@inlined
 def rub_along(given: RigidPoint, z: np.ndarray, met: Meeting) -> None:
     """Write the friction of a point for a unit of its normal force: of one that slips, after `meet`."""
     met.tangential = 0.0 * met.first

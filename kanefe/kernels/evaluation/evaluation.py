@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.kernels.bodies import AllModalCoordinates
-from kanefe.kernels.compiler._numba import expanded, inlined
+from kanefe.kernels.compiler._numba import expanded, inlined, kernel
 from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.compiler.signatures import COMPLEX, REAL
@@ -173,7 +173,7 @@ def put_rates_of_coordinates(scene: Scene, state: State, dq: np.ndarray) -> None
             dq[at + j] = state.u[speed + j]
 
 
-@inlined
+@kernel
 def add_forces(scene: Scene, state: State, work: Work, rates: Rates) -> None:
     """Add forces on rows, along joints and on modes, but for loads between frames; write their powers."""
     powers = rates.powers

@@ -84,7 +84,7 @@ def has_modes(link: Link) -> bool:
     return link.kind != Kind.INTERFACE and link.flexible >= 0
 
 
-@inlined
+@kernel
 def _momenta_of_row(link: Link, frame: Frame, bodies: BorderedBodies) -> tuple[Vector, Vector]:
     """Return momentum and angular momentum of a row about its origin, without rotors."""
     momentum, spin = frame.M @ frame.v + frame.H @ frame.w, frame.H.T @ frame.v + frame.J @ frame.w

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.joints.motion import Relative
 from kanefe.kernels.tree import Frame, FunctionFrame, FunctionMotion, GivenFrame, GivenLink, Link
 from kanefe.kernels.values.tensors import Matrix, Vector
 
 
-@kernel
+@inlined
 def move_given(
     link: Link, numbers: np.ndarray, frame: Frame, R: Matrix, along: tuple[Any, Any, Any]
 ) -> tuple[Matrix, Vector, Relative]:

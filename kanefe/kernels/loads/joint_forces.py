@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_force
 from kanefe.kernels.scene import State
 from kanefe.kernels.values.records import Record, Rows
@@ -25,7 +25,7 @@ class JointForces(Rows[JointForce]):
     """All forces along joint coordinates: of `Tables.joint_forces`."""
 
 
-@kernel
+@inlined
 def add_joint_forces(tables: Any, state: State, applied: np.ndarray) -> tuple[Any, Any]:
     """Add the forces along joint coordinates; return the power dissipated and that of motors.
 

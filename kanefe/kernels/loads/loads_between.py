@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, vector_kernel
+from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.force_elements.places import Done, Ends, Wrenches, done_size, rates_of
 from kanefe.kernels.loads.acting import COORDINATE, BetweenLoad, LoadEnd, acting_in, ends_of, loads_of
@@ -97,13 +97,19 @@ def potential_between(scene: Scene, state: State, work: Work) -> Any:
     for n in range(len(loads)):
         load = loads[n]
         if acting.nearness[n].real > 0.0:
-            gather_points(scene, work, load.team, n, n + 1)
-            evaluate_load(scene, state, work, n, n)
+            evaluate_alone(scene, state, work, n)
             energy += Done(acting.done).potential
             continue
         for i in range(load.first_state, load.first_state + load.state_count):
             energy += scene.between.decay_energies[i] * z[i] * z[i]
     return energy
+
+
+@kernel
+def evaluate_alone(scene: Scene, state: State, work: Work, n: int) -> None:
+    """Do the same as `evaluate_load` for one whose points have not been gathered."""
+    gather_points(scene, work, loads_of(scene)[n].team, n, n + 1)
+    evaluate_load(scene, state, work, n, n)
 
 
 @inlined

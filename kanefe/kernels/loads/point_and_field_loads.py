@@ -73,7 +73,7 @@ def push_frame(frame: Frame, force: Vector, moment: Vector) -> None:
     frame.n -= moment
 
 
-@kernel
+@inlined
 def push(scene: Scene, work: Work, i: int, force: Vector, moment: Vector) -> None:
     """Apply a force and a moment, about the row's origin in N, to a row; i = -1 is N, which does not move."""
     if i < 0:
@@ -139,7 +139,7 @@ def point_load(load: PointLoad, inputs: np.ndarray, frame: Frame) -> tuple[Vecto
     return (none, value) if load.is_torque else (value, cross(frame.R @ load.point, value))
 
 
-@kernel
+@inlined
 def add_point_loads(scene: Scene, state: State, work: Work) -> Any:
     """Apply forces and torques; return their power."""
     power, loads = 0.0 * work.frames[0].p.x, point_loads_of(scene)
@@ -151,7 +151,7 @@ def add_point_loads(scene: Scene, state: State, work: Work) -> Any:
     return power
 
 
-@kernel
+@inlined
 def add_field_loads(scene: Scene, state: State, work: Work) -> Any:
     """Apply tractions, line loads and pressures; return their power."""
     power, flexible = 0.0 * work.frames[0].p.x, scene.flexible
@@ -180,7 +180,7 @@ def add_field_loads(scene: Scene, state: State, work: Work) -> Any:
     return power
 
 
-@kernel
+@inlined
 def moved_by_modes(load: Traction, eta: np.ndarray, deta: np.ndarray) -> tuple[Vector, Vector]:
     """Return the first moment of what a traction acts on as the modes have displaced it, and its rate, in G."""
     place, rate = load.first + combined(load.basis, 0, eta), combined(load.basis, 0, deta)

@@ -8,8 +8,7 @@ from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.loads.acting import acting_in, loads_of
-from kanefe.kernels.loads.loads_between import evaluate_load
-from kanefe.kernels.loads.points import gather_points
+from kanefe.kernels.loads.loads_between import evaluate_alone
 from kanefe.kernels.scene import Scene, State, state_in, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
 
@@ -44,8 +43,7 @@ def tell_states(scene: Scene, counts: Integers, states: States, found: RealRows,
         state, at = state_at(scene, states, k), 0
         sweep_outward(scene, state, work, False)
         for n in range(len(loads)):
-            gather_points(scene, work, loads[n].team, n, n + 1)
-            evaluate_load(scene, state, work, n, n)
+            evaluate_alone(scene, state, work, n)
             for c in range(counts[n]):
                 found[k, at + c] = done[c]
             at += counts[n]

@@ -13,11 +13,10 @@ from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.force_elements.places import done_size
 from kanefe.kernels.loads.acting import COORDINATE, acting_in, ends_of, loads_of
-from kanefe.kernels.loads.loads_between import evaluate_load
-from kanefe.kernels.loads.points import gather_points
+from kanefe.kernels.loads.loads_between import evaluate_alone
 from kanefe.kernels.loads.reach import Balls, ReachSizes, find_near, find_swept
 from kanefe.kernels.loads.telling import States, state_at
-from kanefe.kernels.scene import Scene, Work
+from kanefe.kernels.scene import Scene, Work, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.values.records import Array, Record, Rows
 from kanefe.kernels.values.tensors import Vector, dot
@@ -96,19 +95,19 @@ def watch_states(scene: Scene, watched: WatchedLoads, states: States, looks: Loo
     memory : ndarray
         For `WatchWork`.
     """
-    work, near, only = WatchWork(scene.work, memory), looks.near, looks.only[0]
+    near, only = looks.near, looks.only[0]
     near[:] = 1.0
     if looks.changing[0] >= 0:
-        change_states(scene, states, looks, work)
+        change_states(scene, states, looks, memory)
         return
     if only >= 0:
         near[:] = 0.0
         if only < len(near):
             near[only] = 1.0
     elif only == NEAR and len(states.states) > 1 and len(scene.between.reach.balls) > 0:
-        find_coming_near(scene, watched, states, looks, work)
+        find_coming_near(scene, watched, states, looks, memory)
     if near.sum() > 0.0:
-        put_values(scene, watched, states, looks, work)
+        put_values(scene, watched, states, looks, work_in(scene, memory))
 
 
 @inlined
@@ -121,15 +120,15 @@ def has_frames(scene: Scene) -> bool:
 
 
 @kernel
-def change_states(scene: Scene, states: States, looks: Looks, work: WatchWork) -> None:
+def change_states(scene: Scene, states: States, looks: Looks, memory: np.ndarray) -> None:
     """Change the first state by an event."""
+    work, asked = work_in(scene, memory), WatchWork(scene.work, memory).least
     n, event, first, count = looks.changing[0], looks.changing[1], looks.changing[2], looks.changing[3]
     load, state, acting, z = loads_of(scene)[n], state_at(scene, states, 0), acting_in(scene, work), states.states[0]
     if has_frames(scene):
         sweep_outward(scene, state, work, False)
-    gather_points(scene, work, load.team, n, n + 1)
-    evaluate_load(scene, state, work, n, n)
-    out, asked = acting.done[: done_size(load.end_count, load.state_count)], work.least
+    evaluate_alone(scene, state, work, n)
+    out = acting.done[: done_size(load.end_count, load.state_count)]
     out[0], asked[0] = 0.0, float(event)
     copy(z[first : first + count], out[1 : 1 + count])
     constants = scene.between.numbers[load.first_number :]
@@ -139,15 +138,16 @@ def change_states(scene: Scene, states: States, looks: Looks, work: WatchWork) -
 
 
 @kernel
-def find_coming_near(scene: Scene, watched: WatchedLoads, states: States, looks: Looks, work: WatchWork) -> None:
+def find_coming_near(scene: Scene, watched: WatchedLoads, states: States, looks: Looks, memory: np.ndarray) -> None:
     """Write which loads come near in a step, and of all how far away they are, at least."""
+    work, own = work_in(scene, memory), WatchWork(scene.work, memory)
     acting, near, far, found = acting_in(scene, work), looks.near, watched.far, looks.found
-    least, last, moved = work.least, work.last, work.moved
+    balls, paths, least, last, moved = Balls(acting.balls), Paths(own.paths), own.least, own.last, own.moved
     near[:] = moved[:] = 0.0
     for k in range(len(states.states)):
         sweep_outward(scene, state_at(scene, states, k), work, False)
         find_near(scene, work)
-        enclose_balls(scene, work, k == 0)
+        enclose_balls(balls, paths, own.swept_ball_count, k == 0)
         at = 0
         for n in range(len(near)):
             gap = -min(acting.nearness[n], 0.0)
@@ -158,7 +158,7 @@ def find_coming_near(scene: Scene, watched: WatchedLoads, states: States, looks:
             for i in range(at, at + watched.counts[n]):
                 found[k, i] = far[i, 0] * gap + (far[i, 1] if gap == 0.0 else 0.0)
             at += watched.counts[n]
-    put_enclosing(scene, work)
+    put_enclosing(balls, paths, own.swept_ball_count)
     find_swept(scene, work)
     first_swept = ReachSizes(scene.between.reach.sizes).first_swept
     for n in range(len(near)):
@@ -167,7 +167,7 @@ def find_coming_near(scene: Scene, watched: WatchedLoads, states: States, looks:
 
 
 @kernel
-def put_values(scene: Scene, watched: WatchedLoads, states: States, looks: Looks, work: WatchWork) -> None:
+def put_values(scene: Scene, watched: WatchedLoads, states: States, looks: Looks, work: Work) -> None:
     """Write the event values of loads that are near."""
     loads, done, counts, moves = loads_of(scene), acting_in(scene, work).done, watched.counts, has_frames(scene)
     for k in range(len(states.states)):
@@ -176,17 +176,15 @@ def put_values(scene: Scene, watched: WatchedLoads, states: States, looks: Looks
             sweep_outward(scene, state, work, False)
         for n in range(len(loads)):
             if looks.near[n] > 0.0:
-                gather_points(scene, work, loads[n].team, n, n + 1)
-                evaluate_load(scene, state, work, n, n)
+                evaluate_alone(scene, state, work, n)
                 copy(done[: counts[n]], looks.found[k, at : at + counts[n]])
             at += counts[n]
 
 
 @inlined
-def enclose_balls(scene: Scene, work: WatchWork, is_first: bool) -> None:
+def enclose_balls(balls: Balls, paths: Paths, count: int, is_first: bool) -> None:
     """Take in where the centres of swept balls are: a box about all places of each, and its longest way."""
-    balls, paths = Balls(acting_in(scene, work).balls), Paths(work.paths)
-    for b in range(work.swept_ball_count):
+    for b in range(count):
         path, x = paths[b], balls[b].centre
         if is_first:
             path.low, path.high, path.way = x, x, 0.0
@@ -199,10 +197,9 @@ def enclose_balls(scene: Scene, work: WatchWork, is_first: bool) -> None:
 
 
 @inlined
-def put_enclosing(scene: Scene, work: WatchWork) -> None:
+def put_enclosing(balls: Balls, paths: Paths, count: int) -> None:
     """Write balls about all that swept balls were in, and may have been between, in their place."""
-    balls, paths = Balls(acting_in(scene, work).balls), Paths(work.paths)
-    for b in range(work.swept_ball_count):
+    for b in range(count):
         ball, path = balls[b], paths[b]
         size = path.high - path.low
         ball.centre = 0.5 * (path.low + path.high)

@@ -19,7 +19,7 @@ EPSILON = 2.220446049250313e-16  # of numbers
 PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
 
 
-@kernel
+@inlined
 def next_breakpoint(step: Step) -> int:
     """Return the place of the first breakpoint after the time, and keep it; one there but for round-off is met."""
     knots, t, i = step.breakpoints, step.time, step.next_breakpoint

@@ -171,7 +171,7 @@ def _place_basis(raw: np.ndarray, T: Matrix, basis: np.ndarray) -> None:
         basis[3, i], basis[4, i], basis[5, i] = turn.x, turn.y, turn.z
 
 
-@kernel
+@inlined
 def _put_block(A: np.ndarray, M: Symmetric, H: Matrix, J: Symmetric) -> None:
     """Write a 6 x 6 matrix of three 3 x 3 ones."""
     m, back, j = M.full, H.T, J.full

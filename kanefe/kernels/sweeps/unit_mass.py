@@ -41,7 +41,7 @@ def _divide(L: np.ndarray, x: np.ndarray) -> None:
         x[i] = (x[i] - total(L[i, :i], x[:i])) / L[i, i]
 
 
-@kernel
+@inlined
 def to_unit_mass(beam: ExactBeam, rows: np.ndarray) -> None:
     """Replace each row, of forces or of a motion by the coordinates of a beam, by that of coordinates of unit mass."""
     for a in range(len(rows)):

@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.arguments import checked, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import law_in_python
 from kanefe.kernels.compiler.calls import call_law
 from kanefe.kernels.compiler.foreign import address_of
@@ -44,7 +44,7 @@ class FunctionNumbers(Record):
 CONSTANTS = FunctionNumbers.number_count
 
 
-@kernel
+@inlined
 def by_function(numbers: Any, at: int, point: Pressing) -> NormalForce:
     """Return what a function of the user gives: see `NormalLaw.law`.
 

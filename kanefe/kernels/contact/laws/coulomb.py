@@ -11,7 +11,7 @@ from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import direction, numbers
 from kanefe.kernels.algebra.lengths import across, norm, unit
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_numbers
 from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
@@ -38,7 +38,7 @@ class CoulombNumbers(Record):
     axis: Vector
 
 
-@kernel
+@inlined
 def coulomb(numbers: Any, at: int, point: Sliding) -> Rubbed:
     """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`."""
     own = CoulombNumbers(numbers, at)
@@ -49,7 +49,7 @@ def coulomb(numbers: Any, at: int, point: Sliding) -> Rubbed:
     return by_anchor(k, c, pull, size, point, Slip(least, own.static_ratio * least, c, own.stribeck_speed, GAUSSIAN))
 
 
-@kernel
+@inlined
 def measured(own: CoulombNumbers, pull: Vector, point: Sliding) -> tuple[Any, float]:
     """Return the size of a pull and the coefficient it is measured by; of two coefficients both as of one."""
     mu = own.mu_along

@@ -10,7 +10,7 @@ from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.falling import still_to_fall
 from kanefe.kernels.contact.laws.friction_law import FrictionLaw, Rubbed, Sliding, check_numbers
 from kanefe.kernels.values.records import Record
@@ -32,7 +32,7 @@ class LuGreNumbers(Record):
     stribeck_speed: float
 
 
-@kernel
+@inlined
 def lugre(numbers: Any, at: int, point: Sliding) -> Rubbed:
     """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`.
 

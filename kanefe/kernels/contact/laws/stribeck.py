@@ -8,7 +8,7 @@ from typing import Any, Self
 from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.kernels.algebra.lengths import norm
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_numbers
 from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
@@ -29,7 +29,7 @@ class StribeckNumbers(Record):
     damping: float
 
 
-@kernel
+@inlined
 def stribeck(numbers: Any, at: int, point: Sliding) -> Rubbed:
     """Return what friction gives at a point: see `kanefe.kernels.contact.laws.rub`."""
     own = StribeckNumbers(numbers, at)

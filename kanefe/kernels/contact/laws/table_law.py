@@ -9,7 +9,7 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing, not_negative
 from kanefe.kernels.values.records import Behind, Record, Rows
 
@@ -46,7 +46,7 @@ def by_table(numbers: Any, at: int, point: Pressing) -> NormalForce:
     return NormalForce(elastic * (1.0 + own.damping * point.rate), elastic, energy, 0.0 * point.rate)
 
 
-@kernel
+@inlined
 def of_pieces(pieces: Pieces, count: int, point: Pressing) -> tuple[Any, Any]:
     """Return the elastic force and its energy by cubic pieces."""
     i = 0

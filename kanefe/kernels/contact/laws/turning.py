@@ -6,7 +6,7 @@ from collections import namedtuple
 from typing import Any
 
 from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.laws.coulomb import CoulombNumbers
 from kanefe.kernels.values.tensors import Vector, dot
 
@@ -23,7 +23,7 @@ Held = namedtuple("Held", "moment energy taken work about_rate rolling_rate")
 """The moment on the surface, energy, powers, and the rates of twists: about the normal, and in the surface's axes."""
 
 
-@kernel
+@inlined
 def couple(law: CoulombNumbers, point: Turning, states: Any, first: int) -> Held:
     """Return what holds a point against turning.
 
@@ -53,7 +53,7 @@ def couple(law: CoulombNumbers, point: Turning, states: Any, first: int) -> Held
     )
 
 
-@kernel
+@inlined
 def braked(law: CoulombNumbers, size: Any, twist: Vector, along: Vector, rate: Vector, most: Any) -> Braked:
     """Return what an anchor against turning gives, whose stiffness and damping are so many times those of the law.
 
