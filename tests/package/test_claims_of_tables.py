@@ -65,7 +65,7 @@ def called(function: ast.expr) -> list[Callable[..., Any]]:
     """Return what a name may stand for; none for functions of users and of other programs."""
     if isinstance(function, ast.Name):
         found = [getattr(home, function.id, None) for home in (kf, kanefe_fem, *HOLDERS)]
-        return [one for one in found if one is not None]
+        return [one for one in found if callable(one)]
     if not isinstance(function, ast.Attribute):
         return []
     root = function
