@@ -19,7 +19,10 @@ from repository import ROOT
 HOLDERS = (kf.System, kf.Result, kf.Instant, kf.Linearisation, kf.Frame, FlexibleMember, kf.Model, kf.SceneDamping)
 """Classes whose methods tables name by an object: `scene.simulate`, `result.load`, `body.frame`."""
 
-OTHERS = {"f", "mbs", "step", "loadVectorUserFunction", "DoStepDynamics"}
+OTHERS = {
+    *("f", "mbs", "step", "loadVectorUserFunction", "DoStepDynamics"),
+    *("stress", "stresses", "stiffness", "mass", "damping", "stress_stiffness", "geometric_stiffness", "added_mass"),
+}
 """What functions of users, and of other programs, are called in these tables."""
 
 KNOWN: dict[str, Any] = {
