@@ -241,6 +241,8 @@ def check_numbering(space: Any, nodes: np.ndarray, numbering: np.ndarray) -> Non
 
 def compiled_expression(fx: Any, mesh: Any, expression: Any, points: np.ndarray) -> Callable[[int], np.ndarray]:
     """Return a function of the number of cells that evaluates a UFL expression at reference points of each of them."""
+    if not fx.ufl.algorithms.extract_coefficients(expression):  # dolfinx 0.11 takes the mesh from these
+        expression = cell_function(fx, mesh, np.ones(len(mesh.topology.original_cell_index))) * expression
     made = fx.fem.Expression(expression, np.ascontiguousarray(points))
 
     def values(cells: int) -> np.ndarray:

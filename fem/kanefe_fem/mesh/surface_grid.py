@@ -58,7 +58,8 @@ def surface_mesh(place: Place, counts: tuple[int, int]) -> Mesh:
         raise ModelError(f"surface_mesh: counts={counts!r}. Remedy: two whole numbers of at least 1")
     check_size(int(np.prod([2 * n + 1 for n in counts])), f"surface_mesh: counts={counts!r}")
     r, s = np.meshgrid(*(np.linspace(0.0, 1.0, 2 * n + 1) for n in counts[::-1]), indexing="ij")
-    found = [numbers(x) for x in place(s.ravel(), r.ravel())]
+    given = place(s.ravel(), r.ravel())
+    found = [numbers(x) for x in given] if isinstance(given, tuple | list | np.ndarray) else []
     if len(found) != 3 or any(x.shape not in ((), s.ravel().shape) for x in found):
         raise ModelError("surface_mesh: the function does not return x, y and z for each point. Remedy: three arrays")
     nodes = np.stack([np.broadcast_to(x, s.ravel().shape) for x in found], axis=1)

@@ -23,7 +23,7 @@ from kanefe_fem.materials.damping import refuse_losses
 from kanefe_fem.materials.laminate import Laminate
 from kanefe_fem.materials.of_groups import Materials, materials_by_group
 from kanefe_fem.materials.oriented import Oriented
-from kanefe_fem.mesh.checks import check_arrays, check_groups, check_mesh
+from kanefe_fem.mesh.checks import check_arrays, check_groups, check_mesh, extent
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 from kanefe_fem.mesh_files import read_to_assemble
@@ -44,6 +44,9 @@ Thickness = float | Callable[[np.ndarray], np.ndarray]
 FOLD = math.radians(20.0)
 """Angle between the normals of neighbouring cells from which they make a fold, rad."""
 
+
+THINNEST, THICKEST = 1e-9, 0.5
+"""Smallest and largest thickness of a shell, relative to the size of its mesh."""
 
 STAGES = 6
 """Number of stages in making a body."""
@@ -115,10 +118,12 @@ def shell_model(
     >>> model = shell_model("panel.msh", steel, thickness=2e-3)          # doctest: +SKIP
     """
     start = time.perf_counter()
+    _check_shear_factor(shear_factor)
     mesh = _as_mesh(mesh, cells)
     by_group = materials_by_group(mesh, materials, 2, "stress")
     mesh, turned = _ready(mesh)
-    groups = {name: _Group(name, by_group[name], thickness, offset, shear_factor) for name in mesh.cells}
+    size = extent(mesh)
+    groups = {name: _Group(name, by_group[name], thickness, offset, shear_factor, size) for name in mesh.cells}
     nodes = np.asarray(mesh.nodes)
     found = directors(nodes, mesh.cell_blocks, fold)
     given = _shell_cells(mesh, groups, found)
@@ -223,12 +228,14 @@ def shell_body(
 class _Group:
     """Material, section and thickness of a group of cells."""
 
-    def __init__(self, name: str, material: Any, thickness: Any, offset: Any, shear_factor: float | None) -> None:
+    def __init__(
+        self, name: str, material: Any, thickness: Any, offset: Any, shear_factor: float | None, size: float
+    ) -> None:
         self.name, self.material = name, material
         self.axes = material.axes if isinstance(material, Oriented) else None
         refuse_losses(material, f"group {name!r} of a shell", "damping= of shell_body, or a solid")
         plain = material.material if isinstance(material, Oriented) else material
-        self.thickness = _thickness_of(name, plain, thickness)
+        self.thickness = _thickness_of(name, plain, thickness, size)
         self.section: ShellSection = section(plain, _offset_of(name, offset), shear_factor)
 
     @property
@@ -268,7 +275,7 @@ class _Group:
         return np.ascontiguousarray(first)
 
 
-def _thickness_of(name: str, material: Any, given: Any) -> Any:
+def _thickness_of(name: str, material: Any, given: Any, size: float) -> Any:
     value = given.get(name) if isinstance(given, Mapping) else given
     own = material.thickness if isinstance(material, Laminate) else None
     if value is None:
@@ -282,6 +289,11 @@ def _thickness_of(name: str, material: Any, given: Any) -> Any:
     number = numbers(value)
     if number.shape != () or not np.isfinite(number) or number <= 0.0:
         raise ModelError(f"thickness of group {name!r} is {value!r}. Remedy: a positive number of metres")
+    if not THINNEST * size <= number <= THICKEST * size:
+        raise ModelError(
+            f"thickness of group {name!r} is {value!r} m, of a mesh of {size:.3g} m: that is no shell. Remedy: metres, "
+            "not millimetres; a thick part is a solid"
+        )
     if own is not None and not math.isclose(float(value), own, rel_tol=1e-6):
         raise ModelError(
             f"thickness of group {name!r} is {float(value):g} m, but its plies make {own:g} m. Remedy: leave it out"
@@ -297,6 +309,15 @@ def _offset_of(name: str, given: Any) -> float:
             "the bottom of the sheet"
         )
     return float(value)
+
+
+def _check_shear_factor(factor: Any) -> None:
+    value = numbers(factor) if factor is not None else None
+    if value is not None and (value.shape != () or not 0.0 < value <= 1.0):
+        raise ModelError(
+            f"shear_factor={factor!r} of a shell must be a number above 0 and at most 1. Remedy: None, which takes "
+            "that of the stack; 5/6 is that of one material"
+        )
 
 
 def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:

@@ -21,7 +21,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.spatial
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, positive
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorise
 from kanefe.fe_model.model import FiniteElementModel
@@ -96,6 +96,7 @@ class PotentialFlow:
 
     def __post_init__(self) -> None:
         check_density("density of the fluid", self.density)
+        positive(self.thickness, "thickness of a potential flow")
         center = shaped_numbers(self.center, (3,), "the center of a potential flow")
         object.__setattr__(self, "center", tuple(center.tolist()))
         if isinstance(self.far, str) or isinstance(self.free, str) or not (self.far or self.free):
