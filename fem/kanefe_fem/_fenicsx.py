@@ -181,7 +181,7 @@ def discontinuous_function(fx: Any, mesh: Any, values: np.ndarray, element: Shap
 
 def put_in_cells(function: Any, values: np.ndarray) -> None:
     """Write other values into a function that is constant on each cell: see `cell_function`."""
-    function.x.array.reshape(values.shape)[_dofmap(function.function_space, len(values))[:, 0]] = values
+    function.x.array.reshape(values.shape)[cell_dofs(function.function_space, len(values))] = values
 
 
 def _dofmap(space: Any, cells: int) -> np.ndarray:

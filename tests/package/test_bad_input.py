@@ -22,7 +22,7 @@ PROGRAM = ROOT / "tests" / "shared" / "bad_input.py"
 SNAPSHOT = Path(__file__).with_name("public_api.json")
 
 RUN_IN_STEPS = """
-    action advance anchor anchored anchors arms at basis bearing blown carrier changed check check_at
+    action advance anchor anchored anchors arms at axes_at basis bearing blown carrier changed check check_at
     check_during check_known check_over cloud coefficient coefficients completed contains coordinate_rates
     curvature damping_at dissipation distance factor fibres_of fitted force forces harmonics headings held
     input_wrenches inputs large_stretch law mass_of of_error of_nodes over own partial_velocities path pose

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from kanefe.fe_model.model import Cells
-from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.surface_grid import surface_mesh
 
 SURFACES = {
     "plate": lambda s, r: (s, r, 0.0 * s),
@@ -23,20 +25,13 @@ def grid(surface, count, other=None, distort=0.0, kind="quad9", seed=1):
     rng = np.random.default_rng(seed)
     for x, n in ((s, counts[0]), (r, counts[1])):
         x[1:-1, 1:-1] += rng.uniform(-distort, distort, np.array(x.shape) - 2) / n
-    fine = [_refined(x) for x in (s, r)]
-    number = np.arange(fine[0].size).reshape(fine[0].shape)
-
-    def at(i, j):
-        return number[i : number.shape[0] - 2 + i : 2, j : number.shape[1] - 2 + j : 2].ravel()
-
-    order = ((0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0), (1, 1))
-    cells = np.stack([at(*place) for place in order], axis=1)
-    nodes = np.stack(SURFACES[surface](*(x.ravel() for x in fine)), axis=1)
-    if kind == "triangle6":
-        cells = np.concatenate((cells[:, [0, 1, 2, 4, 5, 8]], cells[:, [0, 2, 3, 8, 6, 7]]))
-    ends = {name: number[:, column] for name, column in (("root", 0), ("tip", -1))}
-    lines = {name: (Cells("line3", np.stack((e[:-2:2], e[2::2], e[1:-1:2]), axis=1)),) for name, e in ends.items()}
-    return Mesh(nodes, 2, {"body": (Cells(kind, cells),)}, facets=lines, source=f"a {surface}")
+    moved = [_refined(x).ravel() for x in (s, r)]
+    mesh = surface_mesh(lambda *_: SURFACES[surface](*moved), counts)
+    if kind == "quad9":
+        return mesh
+    cells = mesh.connectivity
+    halves = np.concatenate((cells[:, [0, 1, 2, 4, 5, 8]], cells[:, [0, 2, 3, 8, 6, 7]]))
+    return replace(mesh, cells={"body": (Cells(kind, halves),)})
 
 
 def _refined(x):

@@ -83,7 +83,7 @@ def materials_by_group(
     for name, material in materials.items():
         if not isinstance(material, SolidMaterial):
             raise ModelError(f"the material of {name!r} is {material!r}. Remedy: Material(E=..., nu=..., rho=...)")
-        _refuse_unknown(mesh, name, "a material")
+        refuse_unknown(mesh, name, "a material")
     for name in groups:
         if name not in materials:
             raise ModelError(
@@ -95,7 +95,7 @@ def materials_by_group(
     if not isinstance(densities, Mapping):
         raise ModelError(f"densities must be a dict by groups, in kg/m3, not {densities!r}")
     for name, rho in densities.items():
-        _refuse_unknown(mesh, name, "a density")
+        refuse_unknown(mesh, name, "a density")
         voigt.check_density(f"density of the group {name!r}", rho)
     return {name: materials[name] for name in groups}
 
@@ -218,7 +218,8 @@ def _warn_of_locking(name: str, material: SolidMaterial, order: int) -> None:
     warnings.warn(f"group {name!r}: {kind} = {nu:.6g} {problem}. {remedy}", AccuracyWarning, stacklevel=outside())
 
 
-def _refuse_unknown(mesh: Mesh, name: Any, what: str) -> None:
+def refuse_unknown(mesh: Mesh, name: Any, what: str) -> None:
+    """Raise a ModelError if the mesh has no group of cells of this name; `what` is given for it."""
     if name not in mesh.cells:
         raise ModelError(
             f"{what} is given for {name!r}, but {mesh.source} has no such group of cells. "

@@ -98,8 +98,23 @@ class Oriented:
         constant = not callable(self.axes) and np.ndim(self.axes) == 2
         return rotated(self.material.stiffness, np.asarray(self.axes)) if constant else self.material.stiffness
 
+    @property
+    def plain(self) -> SolidMaterial:
+        """The material in its own axes."""
+        return self.material.plain if isinstance(self.material, Oriented) else self.material
+
     def stiffness_at(self, group: str, centres: np.ndarray) -> np.ndarray:
         """Return the moduli in axes of G at the centres (m, 3) of the group's cells, shape (m, 6, 6) or (1, 6, 6).
+
+        Raises
+        ------
+        ModelError
+            As `axes_at`.
+        """
+        return rotated(self.plain.stiffness, self.axes_at(group, centres))
+
+    def axes_at(self, group: str, centres: np.ndarray) -> np.ndarray:
+        """Return the axes of `plain` in G at the centres (m, 3) of the group's cells, shape (m, 3, 3) or (1, 3, 3).
 
         Raises
         ------
@@ -121,9 +136,9 @@ class Oriented:
                     f"{label}: {len(axes)} axes are given for {len(centres)} cells. Remedy: one for each cell of the "
                     "group in the order of the mesh, or a function of position"
                 )
+        axes = axes.reshape(-1, 3, 3)
         inner = self.material
-        C = inner.stiffness_at(group, centres) if isinstance(inner, Oriented) else inner.stiffness
-        return rotated(C, axes.reshape(-1, 3, 3))
+        return axes @ inner.axes_at(group, centres) if isinstance(inner, Oriented) else axes
 
     def describe(self) -> dict[str, object]:
         """Return the data of the material (json-able); a function of the user is given by its name."""

@@ -223,11 +223,15 @@ def _extruded(patches: list[Any], x: np.ndarray, kind: str) -> tuple[np.ndarray,
         points.append(grid.reshape(-1, 3))
         tables.append(np.column_stack(columns))
         start += grid[..., 0].size
-    nodes, cells = np.concatenate(points), np.concatenate(tables)
+    return merged(np.concatenate(points), np.concatenate(tables))
+
+
+def merged(nodes: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return nodes (n, 3) and cells with one node where several lie within 1e-9 of the size of the mesh."""
     size = np.ptp(nodes, axis=0).max()
     numbers = row_numbers(np.round((nodes - nodes.min(axis=0)) / (1e-9 * size)).astype(np.int64))
-    _, first, merged = np.unique(numbers, return_index=True, return_inverse=True)
-    return nodes[first], merged.reshape(-1)[cells]
+    _, first, place = np.unique(numbers, return_index=True, return_inverse=True)
+    return nodes[first], place.reshape(-1)[cells]
 
 
 def _check(

@@ -9,16 +9,13 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.shapes import row_numbers
 from kanefe.frames import numbers
 from kanefe_fem.machine.memory import check_size
 from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.simple import merged
 
 Place = Callable[[np.ndarray, np.ndarray], Sequence[np.ndarray]]
 """Function of coordinates s and r, arrays from 0 to 1, that returns x, y and z in m."""
-
-SAME = 1e-9
-"""Distance of nodes of several patches that are one, relative to the size of the mesh."""
 
 _ORDER = ((0, 0), (0, 2), (2, 2), (2, 0), (0, 1), (1, 2), (2, 1), (1, 0), (1, 1))
 
@@ -86,9 +83,6 @@ def joined_surfaces(meshes: Sequence[Mesh]) -> Mesh:
         As of `surface_mesh`.
     """
     starts = np.cumsum([0, *(len(mesh.nodes) for mesh in meshes)])
-    nodes = np.concatenate([mesh.nodes for mesh in meshes])
-    cells = np.concatenate([mesh.connectivity + start for mesh, start in zip(meshes, starts[:-1], strict=True)])
-    size = np.ptp(nodes, axis=0).max()
-    places = row_numbers(np.round((nodes - nodes.min(axis=0)) / (SAME * size)).astype(np.int64))
-    _, first, merged = np.unique(places, return_index=True, return_inverse=True)
-    return Mesh(nodes[first], 2, {"body": (Cells("quad9", merged.reshape(-1)[cells]),)}, source="surfaces")
+    table = np.concatenate([mesh.connectivity + start for mesh, start in zip(meshes, starts[:-1], strict=True)])
+    nodes, cells = merged(np.concatenate([mesh.nodes for mesh in meshes]), table)
+    return Mesh(nodes, 2, {"body": (Cells("quad9", cells),)}, source="surfaces")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
@@ -13,40 +13,29 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.errors import MeshError, ModelError
+from kanefe.errors import MeshError
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
 from kanefe.fe_model.progress import report_size, stage, stages
-from kanefe.fe_model.shapes import shape
-from kanefe.frames import numbers
 from kanefe_fem import _fenicsx
-from kanefe_fem.materials.damping import refuse_losses
-from kanefe_fem.materials.laminate import Laminate
 from kanefe_fem.materials.of_groups import Materials, materials_by_group
-from kanefe_fem.materials.oriented import Oriented
-from kanefe_fem.mesh.checks import check_arrays, check_groups, check_mesh, extent
+from kanefe_fem.mesh.checks import check_arrays, check_mesh
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.shells.directors import Directors, directors
 from kanefe_fem.shells.mass import mass_field
+from kanefe_fem.shells.of_groups import ShellGroup, Thickness, shell_groups
 from kanefe_fem.shells.orientation import consistent
 from kanefe_fem.shells.pairs import of_nine_nodes
 from kanefe_fem.shells.problem import ShellCells, ShellProblem, stress_stiffness
-from kanefe_fem.shells.sections import ShellSection, section
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
     from kanefe.reduction.stiffening import StiffeningLevel
 
-Thickness = float | Callable[[np.ndarray], np.ndarray]
-"""In m, or a function of points (n, 3) in m that returns it, shape (n,)."""
-
 FOLD = math.radians(20.0)
 """Angle between the normals of neighbouring cells from which they make a fold, rad."""
 
-
-THINNEST, THICKEST = 1e-9, 0.5
-"""Smallest and largest thickness of a shell, relative to the size of its mesh."""
 
 STAGES = 6
 """Number of stages in making a body."""
@@ -82,7 +71,7 @@ def shell_model(
     materials : SolidMaterial or dict of str to SolidMaterial
         Of each group of cells: `Material`, `Orthotropic`, `Laminate` (its plies from the bottom to the top of the
         shell, each at its height), or one of them `Oriented`: the part of its axis 1 in the surface is axis 1 of the
-        shell. Without, axis 1 is along the first side of each cell, which matters to no isotropic material.
+        shell. Without, it is that of x.
     thickness : float, function or dict of str to these
         In m, of all cells or by group; a function of points (n, 3) in m returns that at the nodes. Default: that of
         the laminate.
@@ -118,12 +107,10 @@ def shell_model(
     >>> model = shell_model("panel.msh", steel, thickness=2e-3)          # doctest: +SKIP
     """
     start = time.perf_counter()
-    _check_shear_factor(shear_factor)
     mesh = _as_mesh(mesh, cells)
     by_group = materials_by_group(mesh, materials, 2, "stress")
+    groups = shell_groups(mesh, by_group, thickness, offset, shear_factor)
     mesh, turned = _ready(mesh)
-    size = extent(mesh)
-    groups = {name: _Group(name, by_group[name], thickness, offset, shear_factor, size) for name in mesh.cells}
     nodes = np.asarray(mesh.nodes)
     found = directors(nodes, mesh.cell_blocks, fold)
     given = _shell_cells(mesh, groups, found)
@@ -148,10 +135,11 @@ def shell_model(
         provenance={
             "source": mesh.source,
             **mesh.provenance,
-            "element": f"shell of {' and '.join(mesh.kinds)}",
+            "element": f"shell of {', '.join(f'{len(one.cells.nodes)} {one.cells.kind}' for one in given)}",
             "materials": {name: group.material.describe() for name, group in groups.items()},
             "thickness_m": {name: group.described for name, group in groups.items()},
             "cells turned": turned,
+            "nodes on folds": len(found.folded),
             "nodes": count,
             "cells": mesh.cell_count,
             "dofs": 6 * count,
@@ -225,101 +213,6 @@ def shell_body(
     return cached_body(mesh, {**of_model, **of_body, "kind": "shell", "order": 2}, make) if cache else make(mesh)
 
 
-class _Group:
-    """Material, section and thickness of a group of cells."""
-
-    def __init__(
-        self, name: str, material: Any, thickness: Any, offset: Any, shear_factor: float | None, size: float
-    ) -> None:
-        self.name, self.material = name, material
-        self.axes = material.axes if isinstance(material, Oriented) else None
-        refuse_losses(material, f"group {name!r} of a shell", "damping= of shell_body, or a solid")
-        plain = material.material if isinstance(material, Oriented) else material
-        self.thickness = _thickness_of(name, plain, thickness, size)
-        self.section: ShellSection = section(plain, _offset_of(name, offset), shear_factor)
-
-    @property
-    def described(self) -> float | str:
-        """The thickness for the record: a number in m, or that it varies."""
-        return "a function" if callable(self.thickness) else self.thickness
-
-    def at_nodes(self, x: np.ndarray) -> np.ndarray:
-        """Return the thickness at the nodes (m, n, 3) of cells, shape (m, n)."""
-        if not callable(self.thickness):
-            return np.full(x.shape[:2], self.thickness)
-        values = numbers(self.thickness(x.reshape(-1, 3)))
-        if values.shape != (x.shape[0] * x.shape[1],) or not np.all(np.isfinite(values) & (values > 0.0)):
-            raise ModelError(
-                f"the function of the thickness of group {self.name!r} returns no positive finite number for each of "
-                f"{x.shape[0] * x.shape[1]} points. Remedy: an array of metres, one for each row"
-            )
-        return values.reshape(x.shape[:2])
-
-    def along(self, x: np.ndarray, kind: str) -> np.ndarray:
-        """Return the direction of the first axis of the cells (m, n, 3), shape (m, 3)."""
-        element = shape(kind)
-        centre = element.nodes[: element.corners].mean(axis=0)[None]
-        tangents = np.einsum("pna,mni->mai", element.gradients(centre), x)
-        if self.axes is None:
-            return np.ascontiguousarray(tangents[:, 0])
-        axes = self.axes(np.einsum("pn,mni->mi", element.values(centre), x)) if callable(self.axes) else self.axes
-        first = np.broadcast_to(np.asarray(axes)[..., 0], (len(x), 3))
-        normal = np.cross(tangents[:, 0], tangents[:, 1])
-        normal /= np.linalg.norm(normal, axis=1)[:, None]
-        inside = np.linalg.norm(np.cross(normal, first), axis=1)
-        if inside.min() < 0.1:
-            raise ModelError(
-                f"axis 1 of the material of group {self.name!r} is across the surface in a cell at "
-                f"{x[inside.argmin()].mean(axis=0).round(6).tolist()} m. Remedy: axes whose first is along the surface"
-            )
-        return np.ascontiguousarray(first)
-
-
-def _thickness_of(name: str, material: Any, given: Any, size: float) -> Any:
-    value = given.get(name) if isinstance(given, Mapping) else given
-    own = material.thickness if isinstance(material, Laminate) else None
-    if value is None:
-        if own is None:
-            raise ModelError(
-                f"group {name!r} has no thickness. Remedy: thickness={{{name!r}: ...}} in m, or one for all"
-            )
-        return own
-    if callable(value):
-        return value
-    number = numbers(value)
-    if number.shape != () or not np.isfinite(number) or number <= 0.0:
-        raise ModelError(f"thickness of group {name!r} is {value!r}. Remedy: a positive number of metres")
-    if not THINNEST * size <= number <= THICKEST * size:
-        raise ModelError(
-            f"thickness of group {name!r} is {value!r} m, of a mesh of {size:.3g} m: that is no shell. Remedy: metres, "
-            "not millimetres; a thick part is a solid"
-        )
-    if own is not None and not math.isclose(float(value), own, rel_tol=1e-6):
-        raise ModelError(
-            f"thickness of group {name!r} is {float(value):g} m, but its plies make {own:g} m. Remedy: leave it out"
-        )
-    return float(value)
-
-
-def _offset_of(name: str, given: Any) -> float:
-    value = given.get(name, 0.0) if isinstance(given, Mapping) else given
-    if numbers(value).shape != () or not np.isfinite(numbers(value)) or abs(float(value)) > 10.0:
-        raise ModelError(
-            f"offset of group {name!r} is {value!r}. Remedy: a fraction of the thickness, such as 0.5 for a mesh of "
-            "the bottom of the sheet"
-        )
-    return float(value)
-
-
-def _check_shear_factor(factor: Any) -> None:
-    value = numbers(factor) if factor is not None else None
-    if value is not None and (value.shape != () or not 0.0 < value <= 1.0):
-        raise ModelError(
-            f"shear_factor={factor!r} of a shell must be a number above 0 and at most 1. Remedy: None, which takes "
-            "that of the stack; 5/6 is that of one material"
-        )
-
-
 def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:
     """Return a checked mesh of triangles and quadrangles."""
     if isinstance(mesh, Mesh):
@@ -332,7 +225,6 @@ def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh
             f"{mesh.source} has {what}, and a shell is a surface. Remedy: "
             + ("solid_body, or a mesh of the middle surface" if mesh.dimension == 3 else "beam_model_from_mesh")
         )
-    check_groups(mesh)
     return mesh
 
 
@@ -353,7 +245,7 @@ def _ready(mesh: Mesh) -> tuple[Mesh, int]:
     return replace(lifted, nodes=nodes, cells=made), turned
 
 
-def _shell_cells(mesh: Mesh, groups: Mapping[str, _Group], found: Directors) -> list[ShellCells]:
+def _shell_cells(mesh: Mesh, groups: Mapping[str, ShellGroup], found: Directors) -> list[ShellCells]:
     """Return the cells of each shape, of all groups, with what they are made of."""
     sides = iter(found.of_cells)
     by_kind: dict[str, list[tuple[int, Cells, np.ndarray]]] = {}

@@ -29,20 +29,16 @@ class Directors:
         Node of each side.
     normal : ndarray, shape (s, 3)
         Unit director of each side.
-    doubtful : float
-        Smallest difference of an angle between neighbours from the limit, rad.
     """
 
     of_cells: tuple[np.ndarray, ...]
     node: np.ndarray
     normal: np.ndarray
-    doubtful: float
 
     @property
     def folded(self) -> np.ndarray:
         """Nodes with more than one side."""
-        count = np.bincount(self.node)
-        return np.flatnonzero(count > 1)
+        return np.flatnonzero(np.bincount(self.node) > 1)
 
 
 def directors(nodes: np.ndarray, blocks: Sequence[Cells], smooth: float) -> Directors:
@@ -72,7 +68,7 @@ def directors(nodes: np.ndarray, blocks: Sequence[Cells], smooth: float) -> Dire
     owner[side] = node
     ends = np.cumsum([block.nodes.size for block in blocks])[:-1]
     of_cells = tuple(part.reshape(block.nodes.shape) for part, block in zip(np.split(side, ends), blocks, strict=True))
-    return Directors(of_cells, owner, mean, float(np.abs(angle - smooth).min()))
+    return Directors(of_cells, owner, mean)
 
 
 def corner_normals(nodes: np.ndarray, block: Cells) -> np.ndarray:

@@ -65,12 +65,17 @@ def neighbours(blocks: Sequence[Cells]) -> tuple[np.ndarray, np.ndarray, np.ndar
         cells.append(np.tile(np.arange(start, start + len(block.nodes)), len(sides)))
         start += len(block.nodes)
     edge, cell = np.concatenate(edges), np.concatenate(cells)
-    number = row_numbers(np.sort(edge, axis=1))
-    order = np.argsort(number, kind="stable")
-    pairs = order[np.bincount(number)[number[order]] == 2].reshape(-1, 2)
+    pairs = twins(edge)
     # an edge that both cells go along in one direction lies between normals on different sides
     alike = edge[pairs[:, 0], 0] != edge[pairs[:, 1], 0]
     return cell[pairs[:, 0]], cell[pairs[:, 1]], alike
+
+
+def twins(edges: np.ndarray) -> np.ndarray:
+    """Return the pairs of rows of edges (k, 2), in any direction, that are there just twice, shape (p, 2)."""
+    number = row_numbers(np.sort(edges, axis=1))
+    order = np.argsort(number, kind="stable")
+    return np.asarray(order[np.bincount(number)[number[order]] == 2].reshape(-1, 2))
 
 
 def _signs(graph: sp.csr_matrix) -> np.ndarray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.shapes import row_numbers
+from kanefe_fem.shells.orientation import twins
 
 SHARPEST = np.radians(25.0)
 """Least angle between sides of a quadrangle, rad; below it, or as far below 180 degrees, triangles stay apart."""
@@ -56,9 +56,7 @@ def joined(nodes: np.ndarray, triangles: np.ndarray, kept: np.ndarray) -> tuple[
         Triangles that stay.
     """
     edges = np.concatenate([triangles[:, [i, (i + 1) % 3]] for i in range(3)])
-    number = row_numbers(np.sort(edges, axis=1))
-    order = np.argsort(number, kind="stable")
-    pairs = order[np.bincount(number)[number[order]] == 2].reshape(-1, 2)
+    pairs = twins(edges)
     first, side = pairs % len(triangles), pairs // len(triangles)
     turn = (side[:, :, None] + np.arange(3)) % 3
     a, b = (triangles[first[:, i, None], turn[:, i]] for i in range(2))  # corners, the common edge first

@@ -16,7 +16,7 @@ import scipy.sparse.linalg as spla
 
 from kanefe.checks.verification import Case, Check, Reference
 from kanefe.fe_model.model import COMPONENTS, FiniteElementModel, MassField, StressStiffness
-from kanefe.fe_model.shapes import quadrature, shape
+from kanefe.fe_model.shapes import stretches
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.materials.laminate import Laminate, Ply
 from kanefe_fem.materials.orthotropic import Orthotropic
@@ -52,13 +52,10 @@ class Shell:
     def shares(self, cells: np.ndarray | None = None) -> np.ndarray:
         """Return int N_i dA of all or some of the cells, m2."""
         block = self.mesh.cell_blocks[0]
-        element = shape(block.kind)
-        points, weights = quadrature(block.kind, 7)
         nodes = block.nodes if cells is None else block.nodes[cells]
-        tangents = np.einsum("pna,mni->mpai", element.gradients(points), self.x[nodes])
-        area = np.linalg.norm(np.cross(tangents[:, :, 0], tangents[:, :, 1]), axis=2) * weights
         shares = np.zeros(len(self.x))
-        np.add.at(shares, nodes, area @ element.values(points))
+        for weight, value, stretch in stretches(block.kind, self.x[nodes], 7):
+            np.add.at(shares, nodes, (weight * stretch)[:, None] * value)
         return shares
 
     def displaced(self, force: np.ndarray) -> np.ndarray:
@@ -90,12 +87,9 @@ def at(values: np.ndarray, place: float) -> np.ndarray:
 
 def along_line(one: Shell, line: str) -> tuple[np.ndarray, np.ndarray]:
     """Return the nodes of a line and the weights of an even load of 1 N on it."""
-    lines = one.mesh.facets[line][0].nodes
-    chord = np.linalg.norm(one.x[lines[:, 1]] - one.x[lines[:, 0]], axis=1)
-    weights = np.zeros(len(one.x))
-    np.add.at(weights, lines, chord[:, None] * (np.array((1.0, 1.0, 4.0)) / 6.0))
-    nodes = np.unique(lines)
-    return nodes, weights[nodes] / chord.sum()
+    group = one.model.groups[line]
+    weights = np.asarray(cast(sp.csr_matrix, group.measure).sum(axis=1)).ravel()
+    return group.nodes, weights / weights.sum()
 
 
 def roof(reference: Reference) -> Iterator[Check]:

@@ -84,6 +84,10 @@ def test_thickness_by_group_and_by_place_weighs():
     assert mass[0, 0] == pytest.approx(7850.0 * (0.5e-3 + 0.5 * 1.5e-3), rel=1e-12)
     with pytest.raises(ModelError, match="group 'right' has no thickness"):
         shell_model(two, both, {"left": 1e-3})
+    with pytest.raises(ModelError, match="a thickness is given for 'middle'"):
+        shell_model(two, both, {"left": 1e-3, "right": 1e-3, "middle": 1e-3})
+    with pytest.raises(ModelError, match="an offset is given for 'middle'"):
+        shell_model(two, both, 1e-3, offset={"middle": 0.5})
 
 
 @pytest.mark.fenicsx
