@@ -173,7 +173,8 @@ def shell_body(
         Interface for each named group of lines: "clamped", "rigid", "hinged", "average", "node", or a
         `kanefe.Interface`, which may also define the place.
     reduction : CraigBampton, optional
-        None keeps every degree of freedom.
+        None keeps every degree of freedom, of a shell of 300 at most: rotations about its normals have no mass, which
+        larger bodies must have.
     damping : optional
         None, RayleighDamping, ModalDamping or a matrix.
     stiffening : "none", "inertial" or "full"
