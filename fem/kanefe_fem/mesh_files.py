@@ -157,13 +157,15 @@ def read_mesh(
     return mesh if order is None or not mesh.cells else to_order(mesh, order)
 
 
-def read_to_assemble(path: str | Path, order: int, cells: str | Sequence[str] | None = None) -> Mesh:
-    """Return the mesh of a file for elements of a given order: quadratic elements follow the curves of a source.
+def read_to_assemble(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None = None) -> Mesh:
+    """Return a checked mesh, or that of a file, for elements of an order: quadratic ones follow the curves of a source.
 
     Raises
     ------
     FileError, MeshError, MissingDependency
         As `read_mesh`.
     """
-    is_curved = order == 2 and Path(path).suffix.lower() in SOURCES
-    return read_mesh(path, order=2 if is_curved else None, cells=cells)
+    if isinstance(mesh, Mesh):
+        return check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
+    is_curved = order == 2 and Path(mesh).suffix.lower() in SOURCES
+    return read_mesh(mesh, order=2 if is_curved else None, cells=cells)

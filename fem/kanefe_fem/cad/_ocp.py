@@ -18,6 +18,7 @@ class NamedFace(NamedTuple):
     Attributes
     ----------
     name : str
+        Empty if it has none.
     area : float
         mm^2.
     centre : ndarray, shape (3,)
@@ -30,7 +31,7 @@ class NamedFace(NamedTuple):
 
 
 def named_faces(path: Path) -> list[NamedFace]:
-    """Return the faces of a STEP file that have a name, in their places in the assembly.
+    """Return the faces of a STEP file in the order of its parts, in their places in the assembly.
 
     Raises
     ------
@@ -49,8 +50,7 @@ def named_faces(path: Path) -> list[NamedFace]:
         # a part that is placed several times has one entity, of its shape without a place
         entity = entities.EntityFromShapeResult(face.Located(ocp["TopLoc"].TopLoc_Location()), 1)
         name = entity.Name().ToCString() if hasattr(entity, "Name") else ""
-        if name:
-            found.append(NamedFace(name, *_measure(ocp, face)))
+        found.append(NamedFace(name, *_measure(ocp, face)))
         faces.Next()
     return found
 

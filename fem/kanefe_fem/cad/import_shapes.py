@@ -157,11 +157,15 @@ def survey(gmsh: Any, path: Path, scale: float, unit: str, healed: float) -> Sha
     is_text = path.suffix.lower() not in BREP
     declared, (named, unread) = (colours(path), _named_faces(path)) if is_text else ([], ([], ()))
     solids = []
+    made: dict[int, Face] = {}  # a face between solids that are joined is one of both
     for tag, (name, product), where in zip(tags, names_of(paths), paths, strict=True):
         box = np.reshape(gmsh.model.getBoundingBox(3, tag), (2, 3))
         size = float(np.linalg.norm(box[1] - box[0]))
         bounds = gmsh.model.getBoundary([(3, tag)], combined=False, oriented=False)
-        faces = tuple(_face(gmsh, face, size, scale, declared, named) for _, face in bounds)
+        for _, face in bounds:
+            if face not in made:
+                made[face] = _face(gmsh, face, size, scale, declared, named)
+        faces = tuple(made[face] for _, face in bounds)
         volume = gmsh.model.occ.getMass(3, tag)
         centre = np.array(gmsh.model.occ.getCenterOfMass(3, tag))
         if not volume > 0.0:
@@ -188,36 +192,39 @@ def survey(gmsh: Any, path: Path, scale: float, unit: str, healed: float) -> Sha
 
 
 def _named_faces(path: Path) -> tuple[list[_ocp.NamedFace], tuple[str, ...]]:
-    """Return the faces that have names of their own, and the names that cannot be read without OCP."""
+    """Return all faces with their own names, if there are any, and the names that cannot be read without OCP."""
     names = names_of_faces(path)
     if not names:
         return [], ()
     try:
-        found = [face._replace(name=decoded(face.name)) for face in _ocp.named_faces(path)]
+        found = _ocp.named_faces(path)
     except MissingDependency:  # told by whoever asked for the shapes
         return [], names
-    return [face for face in found if face.name in names], ()
+    known = set(names)
+    return [face._replace(name=name if (name := decoded(face.name)) in known else "") for face in found], ()
 
 
 def _face(gmsh: Any, tag: int, size: float, scale: float, declared: list[Colour], named: list[_ocp.NamedFace]) -> Face:
+    """Return a face; its name is that of the first of those that are left, which leaves the list: parts touch."""
     area = float(gmsh.model.occ.getMass(2, tag))
     found = samples(gmsh, tag)
     facts = kind_of_face(found, area, size)
     for name in {"point", "radius", "length"} & set(facts):
         facts[name] = facts[name] * scale
     centre = np.array(gmsh.model.occ.getCenterOfMass(2, tag))
-    same = [
-        one.name
-        for one in named
+    same = (
+        i
+        for i, one in enumerate(named)
         if abs(one.area - area) < SAME * area and float(np.linalg.norm(one.centre - centre)) < SAME * size
-    ]
+    )
+    at = next(same, None)
     return Face(
         tag=int(tag),
         area=area * scale**2,
         centre=centre * scale,
         edges=found.edges * scale,
         inside=(found.inside if len(found.inside) or len(found.edges) else found.grid) * scale,
-        name=same[0] if same else "",
+        name="" if at is None else named.pop(at).name,
         colour=_colour(gmsh, 2, tag, declared),
         **facts,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 
@@ -96,9 +97,9 @@ def colours(path: Path) -> list[tuple[int, int, int]]:
 
 def names_of_faces(path: Path) -> tuple[str, ...]:
     """Return the names that a STEP file gives to its faces, each once; none if one name is that of most of them."""
-    given = [decoded(name) for name in _NAMED_FACE.findall(path.read_text(encoding="latin-1"))]
-    found = [name for name in dict.fromkeys(given) if name.upper() not in NO_NAME]
-    return tuple(name for name in found if given.count(name) <= max(1, len(given) // 2))
+    given = Counter(decoded(name) for name in _NAMED_FACE.findall(path.read_text(encoding="latin-1")))
+    most = max(1, given.total() // 2)
+    return tuple(name for name, count in given.items() if name.upper() not in NO_NAME and count <= most)
 
 
 def decoded(name: str) -> str:

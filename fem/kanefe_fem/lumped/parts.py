@@ -158,7 +158,7 @@ class LumpedSpring:
         a spring between two groups. Default: the position of the node or group, or the middle of the two.
     damping : array_like, optional
         Damping against the rates of the same motions, in N s/m and N m s/rad, of the shapes of the stiffness; with it
-        the stiffness may be zero.
+        the stiffness may be zero. A `damping` of the body replaces it.
 
     Raises
     ------
@@ -318,12 +318,8 @@ def _spring_motion(model: FiniteElementModel, spring: LumpedSpring) -> sp.csr_ma
     ends = [spring.at] if spring.to is None else [spring.at, spring.to]
     centre = np.mean([place(model, end) for end in ends], axis=0)
     centre = centre if spring.position is None else np.array(spring.position)
-    S = np.array(spring.stiffness)
-    S = (
-        S
-        if spring.damping is None
-        else S / (np.abs(S).max() or 1.0) + np.array(spring.damping) / np.abs(spring.damping).max()
-    )
+    given = [np.array(matrix) for matrix in (spring.stiffness, spring.damping) if matrix is not None]
+    S = np.sum([matrix / (np.abs(matrix).max() or 1.0) for matrix in given], axis=0)
     motions = []
     for end in ends:
         T, blind = mean_motion(model, end, centre)

@@ -61,11 +61,8 @@ class Losses:
 
 def losses_of(material: Any) -> Losses:
     """Return the damping of a material; of one with axes of its own, that of the material inside."""
-    while not hasattr(material, "prony") and hasattr(material, "material"):
-        material = material.material
-    if not hasattr(material, "prony"):
-        return Losses()
-    return Losses(material.damping, material.loss_factor, material.prony)
+    own = getattr(material, "plain", material)
+    return Losses(own.damping, own.loss_factor, own.prony) if hasattr(own, "prony") else Losses()
 
 
 def put_losses(material: Any, label: str) -> None:

@@ -226,9 +226,9 @@ def _read_groups(lines: _Lines, found: _Found) -> None:
         if len(members) > 4 * count:
             raise lines.refused(f"with more members of group {name!r} than {count}")
         pairs = list(zip(members[::4], members[1::4], strict=True))
-        found.groups.append(
-            (name, [n for kind, n in pairs if kind == _NODE], [n for kind, n in pairs if kind == _ELEMENT])
-        )
+        nodes, elements = ([n for kind, n in pairs if kind == own] for own in (_NODE, _ELEMENT))
+        found.others += count - len(nodes) - len(elements)
+        found.groups.append((name, nodes, elements))
 
 
 def _check_systems(path: Path, found: _Found) -> None:

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from weakref import WeakKeyDictionary
-
 import numpy as np
 
-from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Elasticity
 from kanefe.results.body_shape import BodyShape
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor
-
-_KEPT: WeakKeyDictionary[FlexibleBody | BodyShape, GivenStresses] = WeakKeyDictionary()
 
 
 class GivenStresses(StrainFields):
@@ -33,14 +28,6 @@ class GivenStresses(StrainFields):
         )
         self.name = name
         self.stresses = stresses
-
-    @classmethod
-    def of_own(cls, name: str, body: BodyShape, stresses: np.ndarray) -> GivenStresses:
-        """Return the stresses of a body, made once for it."""
-        key: FlexibleBody | BodyShape = body if body.flexible is None else body.flexible
-        if key not in _KEPT:
-            _KEPT[key] = cls(name, body, stresses)
-        return _KEPT[key]
 
     def evaluate(self, what: Tensor, at: Place, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return the stress at the nodes; raise a ModelError for anything else."""

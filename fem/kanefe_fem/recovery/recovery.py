@@ -447,7 +447,7 @@ class Recovery:
     def _fields(self) -> StrainFields:
         body = self.result.body(self.name)
         if body.stress_modes is not None:
-            return GivenStresses.of_own(self.name, body, body.stress_modes)
+            return GivenStresses(self.name, body, body.stress_modes)
         return StrainFields.of_body(self.name, body)
 
     def _tensor(self, what: Tensor, at: Place) -> np.ndarray:

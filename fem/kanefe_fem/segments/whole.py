@@ -17,6 +17,7 @@ from kanefe.fe_model.interface import Interface, as_interface
 from kanefe.fe_model.model import Cells, FiniteElementModel, NodeGroup
 from kanefe.fe_model.shapes import shape
 from kanefe.fe_model.skin import skin, with_places
+from kanefe_fem.materials.damping import losses_of
 from kanefe_fem.mesh.groups import check_interfaces, group_nodes
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.segments.beam_parts import beam_chain, beam_part
@@ -157,9 +158,10 @@ class SolidWhole:
     def __init__(self, mesh: Mesh, materials: Any, interfaces: Mapping[str, Any], line: object, keywords: Any) -> None:
         if mesh.dimension < 2:
             raise ModelError(f"{mesh.source} has lines only. Remedy: segmented(beam_model_from_mesh(...), ...)")
-        for name in ("preload", "lumped"):
+        for name in ("preload", "lumped", "forms"):
             if keywords.get(name):
                 raise ModelError(f"a body with {name}= cannot be cut. Remedy: leave it out; masses as rigid bodies")
+        _check_materials(materials)
         mesh = mesh.with_order(keywords.get("order", 2))
         surfaces = keywords.get("surfaces", ())
         if isinstance(surfaces, Mapping):
@@ -316,6 +318,17 @@ class SolidWhole:
 
     def _skin(self, wanted: np.ndarray) -> dict[str, Cells]:
         return {block.kind: block for block in skin(self._cells(wanted))}
+
+
+def _check_materials(materials: Any) -> None:
+    """Refuse damping in proportion to mass, which would act on the motion of each segment about its own frame."""
+    for material in materials.values() if isinstance(materials, Mapping) else (materials,):
+        own = losses_of(material).damping
+        if own is not None and own.mass > 0.0:
+            raise ModelError(
+                f"a material of a solid that is cut has damping of mass={own.mass:g} 1/s, which would act on the modes "
+                "of each segment, not of the whole. Remedy: RayleighDamping(mass=0.0, stiffness=...)"
+            )
 
 
 def _cuts_of(number: int, count: int) -> list[int]:

@@ -18,9 +18,8 @@ from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
 from kanefe.fe_model.progress import report_size, stage, stages
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.of_groups import Materials, materials_by_group
-from kanefe_fem.mesh.checks import check_arrays, check_mesh
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
-from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
+from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.shells.directors import Directors, directors
 from kanefe_fem.shells.mass import mass_field
@@ -216,10 +215,7 @@ def shell_body(
 
 def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:
     """Return a checked mesh of triangles and quadrangles."""
-    if isinstance(mesh, Mesh):
-        mesh = check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
-    else:
-        mesh = read_to_assemble(mesh, 2, cells)
+    mesh = read_to_assemble(mesh, 2, cells)
     if mesh.dimension != 2:
         what = "volumes" if mesh.dimension == 3 else "lines only"
         raise MeshError(

@@ -30,15 +30,13 @@ from kanefe_fem.materials.of_groups import (
 )
 from kanefe_fem.mesh.checks import (
     MeshWarning,
-    check_arrays,
     check_groups,
-    check_mesh,
     check_plane,
     extent,
     is_straight,
 )
 from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
-from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
+from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.solids.damping import damping_of_solid
@@ -347,10 +345,7 @@ def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAsse
 
 def _as_mesh(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None) -> Mesh:
     """Return a checked mesh of dimension 2 or 3 for elements of this order, of all or some groups of cells."""
-    if isinstance(mesh, Mesh):
-        mesh = check_mesh(mesh if cells is None else part_of(check_arrays(mesh), cells))
-    else:
-        mesh = read_to_assemble(mesh, order, cells)
+    mesh = read_to_assemble(mesh, order, cells)
     if mesh.dimension == 1:
         raise MeshError(
             f"{mesh.source} has only lines. Remedy: mesh the volume (or the plane surface) and give it a physical "

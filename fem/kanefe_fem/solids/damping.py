@@ -26,7 +26,7 @@ def damping_of_solid(assembly: Assembly | QuadratureAssembly, cells: CellMateria
 
     def stiffness(shares: np.ndarray) -> sp.csr_matrix:
         with _fenicsx.quiet():
-            return assembly.stiffness_with(cells.moduli.times(shares), cells.long_term_moduli)
+            return assembly.stiffness_with(cells.moduli.times(shares))
 
     shares = cells.of_each(lambda own: own.damping.stiffness if own.damping else 0.0)
     rates = cells.of_each(lambda own: own.damping.mass if own.damping else 0.0)

@@ -28,8 +28,8 @@ from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import shaped_numbers
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.voigt import check_density
-from kanefe_fem.mesh.checks import check_arrays, check_mesh, is_straight
-from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
+from kanefe_fem.mesh.checks import check_plane, is_straight
+from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.solids.measures import measures
@@ -137,12 +137,9 @@ def added_mass_of_flow(flow: PotentialFlow, model: FiniteElementModel, factorise
 
 
 def _read(flow: PotentialFlow) -> Mesh:
-    mesh = flow.mesh
-    if isinstance(mesh, Mesh):
-        mesh = check_mesh(mesh if flow.cells is None else part_of(check_arrays(mesh), flow.cells))
-    else:
-        mesh = read_to_assemble(mesh, 2, flow.cells)
-    mesh = to_order(mesh, 2)
+    mesh = to_order(read_to_assemble(flow.mesh, 2, flow.cells), 2)
+    if mesh.dimension == 2:
+        check_plane(mesh)
     if mesh.kind not in _fenicsx.SHAPES or len(mesh.kinds) > 1:
         raise ModelError(
             f"{mesh.source}: the cells of the fluid are {', '.join(mesh.kinds)}. Remedy: cells of one shape among "

@@ -123,17 +123,15 @@ class Assembly:
         """Function of the geometric stiffness of a static displacement."""
         return solid_stress_stiffness(self.problem)
 
-    def stiffness_with(self, moduli: Moduli, own: Moduli) -> sp.csr_matrix:
-        """Return the stiffness with other moduli, of the kind of its `own`, which are there again afterwards."""
-        problem, (form, _, _, original) = self.problem, self.forms
-
-        def put(moduli: Moduli) -> None:
-            for function, values in zip(problem.fields.functions, solid_forms.values_of(moduli, original), strict=True):
-                _fenicsx.put_in_cells(function, values)
-
-        put(moduli)
-        found = _fenicsx.assemble_matrix(problem.fx, form)
-        put(own)
+    def stiffness_with(self, moduli: Moduli) -> sp.csr_matrix:
+        """Return the stiffness with other moduli of the same kind; its own are there again afterwards."""
+        functions = self.problem.fields.functions
+        own = [function.x.array.copy() for function in functions]
+        for function, values in zip(functions, solid_forms.values_of(moduli, self.forms.original), strict=True):
+            _fenicsx.put_in_cells(function, values)
+        found = _fenicsx.assemble_matrix(self.problem.fx, self.forms.stiffness)
+        for function, values in zip(functions, own, strict=True):
+            function.x.array[:] = values
         return without_zeros(found)
 
     def mass_with(self, density: np.ndarray) -> sp.csr_matrix:

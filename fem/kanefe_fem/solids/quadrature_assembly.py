@@ -50,7 +50,7 @@ class QuadratureAssembly(NamedTuple):
     nodes: np.ndarray
     blocks: Sequence[Cells]
 
-    def stiffness_with(self, moduli: Moduli, own: Moduli) -> sp.csr_matrix:
+    def stiffness_with(self, moduli: Moduli) -> sp.csr_matrix:
         """Return the stiffness with other moduli."""
         found = _stiffness(self.nodes, self.blocks, moduli)
         found.eliminate_zeros()

@@ -182,6 +182,16 @@ class TestSprings:
         pull[model.groups["tip"].nodes, 0] = 1e-3
         assert pull.ravel() @ (sprung.stiffness @ pull.ravel()) == pytest.approx(1e5 * 1e-6, rel=1e-10)
 
+    def test_a_damper_of_nothing_changes_nothing(self):
+        model = cube()
+        stiffness = (1e5, 2e5, 3e5, 10.0, 20.0, 30.0)
+        plain, damped = (
+            attach(model, [LumpedSpring("tip", stiffness, damping=damping)]) for damping in (None, (0.0,) * 6)
+        )
+        assert abs(plain.stiffness - damped.stiffness).max() == 0.0
+        with pytest.raises(ModelError, match="cannot follow"):
+            attach(model, [LumpedSpring(5, stiffness, damping=(0.0,) * 6)])
+
     def test_on_a_single_node(self):
         model = cube()
         sprung = attach(model, [LumpedSpring(5, (1.0, 2.0, 3.0))])

@@ -105,6 +105,13 @@ def test_groups_of_nodes_and_elements(tmp_path: Path) -> None:
     assert mesh.nodes[mesh.points["TIP"]].tolist() == [[1, 0, 0], [0, 1, 0], [0, 0, 1]]
 
 
+def test_members_of_other_kinds_are_told(tmp_path: Path) -> None:
+    node, other = "         7         3         0         0\n", "        14         5         0         0\n"
+    with pytest.warns(MeshWarning, match="1 member"):
+        mesh = read_mesh(written(tmp_path, TETRA.replace(node, other)))
+    assert len(mesh.points["TIP"]) == 2
+
+
 def test_lengths_by_the_units_of_the_file(tmp_path: Path) -> None:
     units = (
         "    -1\n   164\n         5  MM: mm (milli-newton)        2\n 1.0D+03 1.0D+03 1.0D+00\n 2.7315D+02\n    -1\n"

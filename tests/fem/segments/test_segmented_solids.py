@@ -149,6 +149,8 @@ def test_bad_solids():
         (lambda: segmented(mesh, ENDS, STEEL, segments=4, line=[[0, 0, 0]]), "at least two points"),
         (lambda: segmented(mesh, ENDS, STEEL, segments=4, line=[[0, 0, 0], [0, 0, 0]]), "same point twice"),
         (lambda: segmented(mesh, ENDS, STEEL, segments=4, lumped=[kanefe_fem.LumpedMass("tip", mass=1.0)]), "lumped="),
+        (lambda: segmented(mesh, ENDS, STEEL, segments=4, forms=kanefe_fem.Forms(mass=lambda f: f.mass)), "forms="),
+        (lambda: segmented(mesh, ENDS, replace(STEEL, damping=kf.RayleighDamping(1.0, 0.0)), segments=4), "mass=1 1/s"),
     ):
         with pytest.raises(kf.ModelError, match=message):
             call()

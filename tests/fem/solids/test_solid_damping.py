@@ -225,6 +225,9 @@ class TestFit:
         scene.add_flexible_body("beam", body)
         with pytest.warns(SimulationWarning, match="viscoelastic"):
             scene.simulate((0.0, 1e-4))
+        small = kf.linearise(scene)
+        assert small.modes().eigenvalues[0].real < -1.0
+        assert abs(small.undamped().modes().eigenvalues[0].real) < 1e-6 * abs(small.modes().eigenvalues[0])
 
 
 class TestBadInput:
@@ -277,3 +280,13 @@ class TestBadInput:
         long = straight_beam(1.0, Rectangle(0.05, 0.01), rubber, elements=LARGEST_DENSE // 6 + 2)
         with pytest.raises(ModelError, match="Prony series, which unreduced"):
             kf.flexible_body(long, {"root": "clamped"})
+
+    def test_files_without_room_for_it_are_refused(self, tmp_path):
+        rubber = Material(1e9, 0.3, 1e3, prony=[(0.3, 0.1)])
+        beam = straight_beam(1.0, Rectangle(0.05, 0.01), rubber, elements=8)
+        body = kf.flexible_body(beam, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=2))
+        with pytest.raises(ModelError, match="Prony series"):
+            kf.write_superelement(body, tmp_path / "b.bdf", "nastran")
+        with pytest.raises(ModelError, match="Prony series"):
+            kf.write_matrices(beam, tmp_path / "b.npz")
+        assert not list(tmp_path.iterdir())
