@@ -14,7 +14,7 @@ that is added has no weight: gravity does not act on A, and buoyancy is a load. 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 
@@ -35,7 +35,13 @@ class WetMoments(MassMoments):
         A of (translation of G, rotation of G, coordinates), in kg, kg m and kg m2; symmetric.
     """
 
-    fluid: np.ndarray = None  # type: ignore[assignment]  # the fields before it have defaults
+    fluid: np.ndarray = field(kw_only=True)
+
+    @classmethod
+    def around(cls, dry: MassMoments, fluid: np.ndarray) -> WetMoments:
+        """Return the moments of a body with those of its own, and an added mass (6 + K, 6 + K)."""
+        own = {f.name: getattr(dry, f.name) for f in fields(MassMoments)}
+        return cls(**own, fluid=np.ascontiguousarray(fluid))
 
     @property
     def elastic_mass(self) -> np.ndarray:
@@ -44,9 +50,7 @@ class WetMoments(MassMoments):
 
     def leading(self, count: int) -> WetMoments:
         """Return the moments of the first `count` coordinates alone."""
-        dry = super().leading(count)
-        fields = {name: getattr(dry, name) for name in MassMoments.__dataclass_fields__}
-        return WetMoments(**fields, fluid=np.ascontiguousarray(self.fluid[: 6 + count, : 6 + count]))
+        return WetMoments.around(super().leading(count), self.fluid[: 6 + count, : 6 + count])
 
     def with_fluid(
         self, mass: Matrix, bias: Vector, deta: Vector, v: Vector, w: Vector, gravity: Vector

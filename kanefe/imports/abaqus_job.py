@@ -19,6 +19,9 @@ from kanefe.imports.coordinate_systems import CoordinateSystem, axes_at, right_h
 from kanefe.imports.included import DeckWarning
 from kanefe.imports.node_table import NodeTable
 
+OTHERWISE = "or give the nodes as a dict of labels to coordinates"
+"""What a deck whose nodes are not read can be replaced by in `read_abaqus`."""
+
 
 class Job(NamedTuple):
     """What an input file says of the rows of matrices.
@@ -40,8 +43,10 @@ class Job(NamedTuple):
     parts: Sequence[DeckPart] = ()
 
 
-def job_of(path: Path, trusted: bool, reader: str = "read_abaqus") -> Job:
+def job_of(path: Path, trusted: bool, reader: str = "read_abaqus", otherwise: str = OTHERWISE) -> Job:
     """Return nodes and node sets of an input file for a `reader`; if `trusted`, it may include any file.
+
+    What the reader takes instead of a deck that is not flat is `otherwise`, for messages.
 
     Raises
     ------
@@ -51,7 +56,6 @@ def job_of(path: Path, trusted: bool, reader: str = "read_abaqus") -> Job:
     ModelError
         If it has nodes of several instances, whose labels the rows of a matrix do not tell.
     """
-    otherwise = "or give the nodes as a dict of labels to coordinates"
     blocks = deck_keywords(path, trusted=trusted, reader=reader)
     check_places(blocks, otherwise)
     parts = parts_of(blocks, takes_any=True)

@@ -109,7 +109,7 @@ def read_calculix(
     >>> body = kf.flexible_body(arm, {"ROOT": "clamped", "TIP": "rigid"})  # doctest: +SKIP
     """
     path = Path(deck)
-    job = job_of(path, trusted, "read_calculix")
+    job = job_of(path, trusted, "read_calculix", "and store the matrices of that deck")
     _check_step(path, job.blocks)
     stiff = path.with_suffix(".sti") if matrices is None else Path(matrices)
     stored = _stored(stiff)
@@ -120,7 +120,7 @@ def read_calculix(
     turns = bool((nodal[:, 1] > 3).any())
     reduced = any(type_of(some.block).endswith("R") for part in job.parts for some in part.elements)
     stiffness, count = found.stiffness, 0
-    if reduced and not turns and len(nodal) <= COUNTED_SIZE:
+    if reduced and len(nodal) <= COUNTED_SIZE:
         stiffness, count = held_null_vectors(stiffness, found.mass, nodal, rows.table)
     model = model_of_labelled(
         {

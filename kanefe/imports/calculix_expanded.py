@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.errors import FileError, ModelError
 from kanefe.imports.abaqus_cards import DEPENDENT
 from kanefe.imports.abaqus_job import Job
-from kanefe.imports.calculix_rows import INCOMPATIBLE, INNER_NODES, CellBlock, StoredRows, unknown_nodes
+from kanefe.imports.calculix_rows import INCOMPATIBLE, INNER_NODES, CellBlock, StoredRows, cells_of, unknown_nodes
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.text import read_text
 from kanefe.storage.files import regular_file
@@ -54,12 +54,6 @@ def expanded_rows(job: Job, freedoms: np.ndarray, path: Path) -> StoredRows:
     """
     labels, points = _nodes(path.with_suffix(".frd"))
     cells, count = _cells(path.with_suffix(".12d"))
-    solids = [
-        CellBlock(some.kind, some.labels, some.nodes)
-        for part in job.parts
-        for some in part.elements
-        if some.kind in _KINDS.values()
-    ]
     is_made = ~np.isin(freedoms[:, 0], job.nodes.labels)
     of_deck = freedoms[~is_made]
     _check_order(of_deck, labels, path, job)
@@ -72,7 +66,7 @@ def expanded_rows(job: Job, freedoms: np.ndarray, path: Path) -> StoredRows:
     own = of_deck[::3, 0]
     sets = {name: labels[np.isin(own, members)] for name, members in job.nodes.sets.items()}
     table = NodeTable.of_rows(np.column_stack((labels, points)), str(path.with_suffix(".frd")), sets)
-    return StoredRows(named, is_made, table, [*solids, *cells], [])
+    return StoredRows(named, is_made, table, [*cells_of(job.parts), *cells], [])
 
 
 def _check_order(rows: np.ndarray, labels: np.ndarray, path: Path, job: Job) -> None:

@@ -105,13 +105,14 @@ def rows_of_deck(job: Job, freedoms: np.ndarray, path: Path) -> StoredRows:
     for turn, reference in turning.items():
         is_turn = freedoms[:, 0] == turn
         named[is_turn] = np.column_stack((np.full(is_turn.sum(), reference), freedoms[is_turn, 1] + 3))
-    cells = [
-        CellBlock(some.kind, some.labels, some.nodes)
-        for part in job.parts
-        for some in part.elements
-        if some.kind != OTHER
+    return StoredRows(named, np.isin(freedoms[:, 0], rest), table, cells_of(job.parts), _lost(job, freedoms))
+
+
+def cells_of(parts: Sequence[DeckPart]) -> list[CellBlock]:
+    """Return the cells of a deck."""
+    return [
+        CellBlock(some.kind, some.labels, some.nodes) for part in parts for some in part.elements if some.kind != OTHER
     ]
-    return StoredRows(named, np.isin(freedoms[:, 0], rest), table, cells, _lost(job, freedoms))
 
 
 def unknown_nodes(path: Path, labels: Sequence[int], count: int) -> ModelError:
@@ -179,7 +180,7 @@ def _check_missing(job: Job, freedoms: np.ndarray, turning: dict[int, int]) -> N
 
 def _solid_nodes(parts: Sequence[DeckPart]) -> np.ndarray:
     """Return the labels of the nodes of cells, ascending."""
-    found = [some.nodes.ravel() for part in parts for some in part.elements if some.kind != OTHER]
+    found = [block.nodes.ravel() for block in cells_of(parts)]
     return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *found]))
 
 

@@ -219,6 +219,8 @@ def _placement(
     if nodes.axes is not None:
         turn = _turned(nodes.axes[nodes.places(labels, "")], numbers, len(modal))
     every = _Placement(labels, numbers, modal, turn, np.arange(len(numbers)))
+    if numbers[-1] <= len(TRANSLATIONS):
+        return every
     nodal = len(labels) * len(numbers)
     used = np.zeros(len(numbers), dtype=bool)
     for what in ("mass", "stiffness"):

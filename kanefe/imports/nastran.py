@@ -140,10 +140,11 @@ def read_nastran(
     files = [Path(p) for p in ((matrices,) if isinstance(matrices, (str, Path)) else matrices)]
     found: dict[str, LabelledMatrix | sp.csr_matrix] = {}
     for path in files:
-        if is_optistruct(_head(path)):
+        head = _head(path)
+        if is_optistruct(head):
             found |= optistruct_matrices(path)
             continue
-        unlabelled = _unlabelled(path, {SHAPES, FULL_MASS} | _wanted(names or {}))
+        unlabelled = _unlabelled(path, head, {SHAPES, FULL_MASS} | _wanted(names or {}))
         if unlabelled is not None:
             found |= unlabelled
         else:
@@ -181,9 +182,8 @@ def _nodes(cards: Sequence[Card], path: Path) -> tuple[np.ndarray, NodeTable]:
     return found.labels, NodeTable(table.labels, table.points, axes=axes)
 
 
-def _unlabelled(path: Path, wanted: set[str]) -> dict[str, sp.csr_matrix] | None:
+def _unlabelled(path: Path, head: bytes, wanted: set[str]) -> dict[str, sp.csr_matrix] | None:
     """Return the matrices of an op4 or op2 file, known by what is in it; None of a file of cards."""
-    head = _head(path)
     suffix = path.suffix.lower()
     if is_output4(head) or suffix == ".op4":
         return output4_matrices(path, wanted)

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.frames import skew
+from kanefe.frames import skews
 from kanefe.imports.mass_properties import ROUND_OFF
 
 WIDTH = 6
@@ -67,7 +67,7 @@ def field_of_nodes(
         return None
     reach = float(np.ptp(points, axis=0).max()) or 1.0
     arms = np.vstack((np.zeros(3), reach * np.eye(3)))
-    turns = np.einsum("nac,kba->nkbc", shapes.reshape(-1, WIDTH, shapes.shape[1])[:, 3:], -_crosses(arms))
+    turns = np.einsum("nac,kba->nkbc", shapes.reshape(-1, WIDTH, shapes.shape[1])[:, 3:], -skews(arms))
     moved = shapes.reshape(-1, 1, WIDTH, shapes.shape[1])[:, :, :3] + turns
     functions = np.column_stack(([1.0, 0.0, 0.0, 0.0], np.vstack((-np.ones(3), np.eye(3))) / reach))
     grams = functions @ _moments(blocks, masses) @ functions.T
@@ -78,11 +78,6 @@ def field_of_nodes(
         sp.bsr_matrix((grams, rows[:-1], rows)).tocsr(),
         sp.csr_matrix(moved.reshape(-1, shapes.shape[1])),
     )
-
-
-def _crosses(arms: np.ndarray) -> np.ndarray:
-    """Return the matrices r~ of arms r (k, 3), with r~ w = r x w."""
-    return np.array([skew(arm) for arm in arms])
 
 
 def _moments(blocks: np.ndarray, masses: np.ndarray) -> np.ndarray:

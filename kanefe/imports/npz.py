@@ -26,7 +26,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.arguments import checked
-from kanefe.errors import FileError
+from kanefe.errors import FileError, ModelError
 from kanefe.fe_model.model import ROTATIONS, Cells, FiniteElementModel
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.self_check import Expected
@@ -48,9 +48,16 @@ def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
 
     Raises
     ------
+    ModelError
+        If materials have a loss factor or a Prony series, which the file has no place for.
     FileError
         If the folder cannot be written, or the disk is full.
     """
+    if model.viscoelastic or model.structural is not None:
+        raise ModelError(
+            "a file of matrices has a damping matrix, and no place for a Prony series or a loss factor. Remedy: "
+            "materials without, and damping= of the body"
+        )
     arrays: dict[str, np.ndarray] = {
         "format": np.array(FORMAT),
         "nodes": model.nodes,

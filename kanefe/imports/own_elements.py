@@ -122,7 +122,7 @@ def model_from_elements(elements: FiniteElements, **more: Unpack[Checks]) -> Fin
     source = more.pop("source", type(elements).__name__)
 
     def ordered(matrix: Matrix) -> Matrix:
-        return matrix if rows is None else real_matrix(matrix)[rows][:, rows]
+        return matrix if rows is None else _in_order(matrix, rows)
 
     beside: dict[str, Any] = {name: given[name] for name in AS_THEY_ARE if name in given}
     beside |= {name: ordered(given[name]) for name in ("damping", "added_mass") if name in given}
@@ -181,15 +181,30 @@ def _unknowns(given: Any, count: int, width: int) -> np.ndarray | None:
     return table.ravel()
 
 
-def _field(field: MassField, rows: np.ndarray) -> MassField:
-    return MassField(field.points, field.mass, real_matrix(field.interpolation)[:, rows], field.turns, field.arms)
+def _in_order(matrix: Any, rows: np.ndarray) -> sp.csr_matrix:
+    """Return a matrix in the order of the model; one of another size as it is, which the model refuses."""
+    own = real_matrix(matrix)
+    return own[rows][:, rows] if own.shape == (len(rows), len(rows)) else own
+
+
+def _field(field: Any, rows: np.ndarray) -> Any:
+    """Return a mass field in the order of the model; what is none, or of another size, as it is."""
+
+    def ordered(functions: Any) -> sp.csr_matrix:
+        own = real_matrix(functions)
+        return own[:, rows] if own.shape[1] == len(rows) else own
+
+    if not isinstance(field, MassField):
+        return field
+    turns = None if field.turns is None else ordered(field.turns)
+    return replace(field, interpolation=ordered(field.interpolation), turns=turns)
 
 
 def _stiffness(function: Callable[..., Any], rows: np.ndarray) -> Callable[..., sp.csr_matrix]:
     def stress_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
         own = np.empty(len(rows))
         own[rows] = displacement
-        return real_matrix(function(own, load))[rows][:, rows]
+        return _in_order(function(own, load), rows)
 
     return stress_stiffness
 

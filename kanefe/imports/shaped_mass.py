@@ -54,9 +54,9 @@ def shaped_field(
     dense = shapes.toarray()
     for labels in (table.labels, order):
         at = table.places(labels, "PHIXG")
-        turned = _turned(dense, at, table)
+        turns = _axes(at, table)
+        turned = np.asarray(turns @ dense)
         if _carries(turned, rows, table, at):
-            turns = _axes(at, table)
             in_G = (turns @ mass @ turns.T).tocsr()
             return field_of_nodes(in_G, turned, table.points[at], rows)
     raise ModelError(
@@ -70,10 +70,6 @@ def _axes(at: np.ndarray, table: NodeTable) -> sp.csr_matrix:
     if table.axes is None:
         return sp.identity(6 * len(at), format="csr")
     return sp.block_diag([A for axes in table.axes[at] for A in (axes, axes)], format="csr")
-
-
-def _turned(shapes: np.ndarray, at: np.ndarray, table: NodeTable) -> np.ndarray:
-    return np.asarray(_axes(at, table) @ shapes)
 
 
 def _carries(shapes: np.ndarray, rows: np.ndarray, table: NodeTable, at: np.ndarray) -> bool:

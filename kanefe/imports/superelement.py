@@ -82,7 +82,7 @@ def write_superelement(
     Examples
     --------
     >>> kf.write_superelement(jacket, "jacket_SE.dat", "openfast")  # doctest: +SKIP
-    {'top': 1, 'mode 1': 2, 'mode 2': 3}
+    {'top': 1, 'mode 1': 1001, 'mode 2': 1002}
     """
     found = superelement(body, _boundary(body, form, boundary), modes)
     write_whole(path, lambda file: file.write(FORMS[form](found).encode("ascii", "replace")))
@@ -122,6 +122,11 @@ def superelement(body: FlexibleBody, frames: Sequence[InterfaceFrame], modes: in
         )
     fixed = [column for frame in frames for column in frame.fixed_columns]
     columns = [*range(body.free_count), *fixed]
+    if body.relaxation is not None or body.structural is not None:
+        raise ModelError(
+            "a superelement has a damping matrix, and no place for a Prony series or a loss factor. Remedy: materials "
+            "without, and damping= of the body"
+        )
     M, K = (matrix[np.ix_(columns, columns)] for matrix in (body.moments.elastic_mass, body.stiffness))
     C = _damping(body, K, len(fixed))
     rows = [(i, c) for i, frame in enumerate(frames) for c in range(6) if frame.turns or c < 3]

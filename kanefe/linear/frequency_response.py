@@ -130,8 +130,7 @@ def frequency_response(linearisation: StateSpace, frequencies: Sequence[float] |
     """Return the frequency response of a linearised scene: see `Linearisation.frequency_response`."""
     at = checked_frequencies(linearisation, frequencies)
     A, B, C, D = linearisation.A, linearisation.B, linearisation.C, linearisation.D
-    H = linearisation.small.structural_matrix()
-    A = A if H is None else A + 1j * H
+    A = A if linearisation.structural is None else A + 1j * linearisation.structural
     response = np.empty((len(at), len(C), B.shape[1]), dtype=complex)
     for i, f in enumerate(at):
         try:

@@ -104,7 +104,7 @@ def channels_of(of: StateSpace, output: str | None = None, input: str | None = N
     driven = np.r_[positions - drives : positions, of.moving_count - drives : of.moving_count]
     kept = np.arange(len(of.A)) if np.any(B[driven]) else np.setdiff1d(np.arange(len(of.A)), driven)
     A = of.A[np.ix_(kept, kept)]
-    weights = rate_weights(A, int(np.count_nonzero(kept < positions)))
+    weights = rate_weights(A, int(np.count_nonzero(kept < positions)), arms=len(of.A) - of.moving_count)
     return ScaledSystem(
         weights[:, None] * A / weights,
         weights[:, None] * B[kept],

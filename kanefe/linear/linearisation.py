@@ -369,6 +369,7 @@ def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequ
         output_names=tuple(item.label for item in outputs),
         output_values=output_values(small, outputs),
         small=small,
+        structural=small.structural_matrix(),
     )
 
 

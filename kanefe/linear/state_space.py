@@ -46,6 +46,8 @@ class StateSpace:
         The outputs at the state itself.
     small : SmallMotions
         The motions of the tree for x.
+    structural : ndarray, shape (x, x), or None
+        H of ``A + i H`` in harmonic motions; None: no body has structural damping.
     """
 
     model: Model
@@ -60,6 +62,7 @@ class StateSpace:
     output_names: tuple[str, ...]
     output_values: Vector
     small: SmallMotions
+    structural: Matrix | None = None
 
     def __str__(self) -> str:
         """Return time, number of states, inputs and outputs."""
@@ -87,20 +90,13 @@ class StateSpace:
     @cached_property
     def _undriven(self) -> Matrix:
         """A without the states of driven coordinates."""
-        drives, small = len(self.small.drives), self.small
-        p, r = len(small.positions.leading), len(small.speeds.leading)
-        kept = np.r_[: p - drives, p : p + r - drives, p + r : len(self.A)]
-        return self.A[np.ix_(kept, kept)]
+        return self._without_drives(self.A)
 
-    @cached_property
-    def structural(self) -> Matrix | None:
-        """H of ``A + i H`` in harmonic motions, without the states of driven coordinates; None: there is none."""
-        H, small, drives = self.small.structural_matrix(), self.small, len(self.small.drives)
-        if H is None:
-            return None
-        p, r = len(small.positions.leading), len(small.speeds.leading)
-        kept = np.r_[: p - drives, p : p + r - drives, p + r : len(self.A)]
-        return H[np.ix_(kept, kept)]
+    def _without_drives(self, matrix: Matrix) -> Matrix:
+        """Return a matrix over the states without those of driven coordinates."""
+        p, moving, drives = self.position_count, self.moving_count, len(self.small.drives)
+        kept = np.r_[: p - drives, p : moving - drives, moving : len(matrix)]
+        return matrix[np.ix_(kept, kept)]
 
     @cached_property
     def _unresisted(self) -> Unresisted:
@@ -157,7 +153,8 @@ class StateSpace:
         a11 = A[:n, :n]
         A[n:, n:] = -a11 - np.linalg.solve(M, self.gyroscopic)
         A[n:, :n] = A[n:, n:] @ a11 - self._turning_rate() - np.linalg.solve(M, 0.5 * (K + K.T))
-        return replace(self, A=A, B=self.B[:moving], C=self.C[:, :moving], state_names=self.state_names[:moving])
+        names = self.state_names[:moving]
+        return replace(self, A=A, B=self.B[:moving], C=self.C[:, :moving], state_names=names, structural=None)
 
     def _turning_rate(self) -> Matrix:
         """Return the rate of change of A's upper left block along the motion."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -225,8 +225,7 @@ def _inertia(model: FiniteElementModel, basis: np.ndarray) -> dict[str, Any]:
     if model.added_mass is not None:
         motions = np.hstack((model.rigid_modes(), basis))
         fluid = motions.T @ (model.added_mass @ motions)
-        dry = {f.name: getattr(moments, f.name) for f in fields(moments)}
-        moments = WetMoments(**dry, fluid=0.5 * (fluid + fluid.T))
+        moments = WetMoments.around(moments, 0.5 * (fluid + fluid.T))
     return {
         "moments": moments,
         "inertia_points": np.array(field.points, dtype=float),

@@ -24,7 +24,6 @@ PROPORTIONAL = 1e-8
 NO_STIFFNESS = 1e-12
 """Stiffness of an arm in a motion, relative to that of the body, below which it has none there."""
 
-
 ROUND_OFF = 1e-11
 """Stiffness of a part between two modes, relative to that in one, that is round-off of the reduction."""
 
@@ -34,10 +33,13 @@ def loss_shapes(problem: StaticProblem, columns: np.ndarray) -> np.ndarray:
     model = problem.model
     parts = [part.stiffness for part in model.viscoelastic]
     parts += [] if model.structural is None else [model.structural]
+    if not parts:
+        return columns[:, :0]
     found = [columns[:, :0]]
+    elastic = problem.stiffness @ columns
+    sizes = np.einsum("ij,ij->j", elastic, elastic)
     for part in parts:
-        pulled, elastic = problem.ties.project(part) @ columns, problem.stiffness @ columns
-        sizes = np.einsum("ij,ij->j", elastic, elastic)
+        pulled = problem.ties.project(part) @ columns
         alike = np.einsum("ij,ij->j", pulled, elastic) / np.where(sizes > 0.0, sizes, 1.0)
         if np.linalg.norm(pulled - alike * elastic) > PROPORTIONAL * np.linalg.norm(pulled):
             found.append(problem.solve(pulled))

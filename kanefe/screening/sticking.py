@@ -41,7 +41,10 @@ class Sticking:
         self.held = replace(model, loads=tuple(_stuck(load) for load in model.loads))
         self.held_at_rest = self.carrier.stilled(self.held)
         self.at_rest = self.carrier.stilled(model)
-        self.ropes = [number for number, load in enumerate(model.loads) if screening_of(load).pull]
+        screened = [screening_of(load) for load in model.loads]
+        self.ropes = [number for number, said in enumerate(screened) if said.pull]
+        self.strongest = [screened[i].strongest for i in self.ropes]
+        self._pulls = [model.loads[i].columns.index(screened[i].pull) for i in self.ropes]
         watching = model.route.watching
         columns = {} if watching is None else watching.columns
         self.events = []
@@ -78,10 +81,10 @@ class Sticking:
         for t, y in zip(times.tolist(), states, strict=True):
             scene = model.route.state(t, y)
             pulls = []
-            for i in self.ropes:
+            for i, pull in zip(self.ropes, self._pulls, strict=True):
                 load = self.model.loads[i]
                 outputs = load.tell(t, scene.load_ends(i), scene.load_states(i))
-                pulls.append(float(outputs[load.columns.index(screening_of(load).pull)]))
+                pulls.append(float(outputs[pull]))
             found.append(pulls)
         return np.array(found)
 

@@ -174,6 +174,8 @@ def field(**change):
 
 
 FLIPPED = sp.diags([1, 1, -1] * 4)
+NUMBERS = np.arange(12)[::-1].reshape(4, 3)
+PAIRS = np.arange(8)[::-1].reshape(4, 2)
 BAD = {
     "no stiffness": (lambda: without("stiffness"), "no attribute 'stiffness'"),
     "no mass": (lambda: changed(square(), mass=None), "neither a mass matrix nor a mass field"),
@@ -190,6 +192,8 @@ BAD = {
     "too few masses": (lambda: changed(Beam(), mass_field=field(mass=np.ones(2))), r"masses of \(2, 2\)"),
     "negative masses": (lambda: changed(Beam(), mass_field=field(mass=-np.ones(12))), "one is negative"),
     "no field": (lambda: changed(Beam(), mass_field=3.0), "kanefe.MassField"),
+    "no field, and unknowns": (lambda: changed(Beam(), mass_field=3.0, unknowns=NUMBERS), "kanefe.MassField"),
+    "inner unknowns": (lambda: changed(square(), unknowns=PAIRS, stiffness=np.eye(9)), r"9"),
     "geometric stiffness of another size": (
         lambda: changed(square(), stress_stiffness=lambda w, load: np.eye(3)), r"shape \(3, 3\)"),
     "geometric stiffness that is not symmetric": (

@@ -8,8 +8,8 @@ from kanefe.equations.model import Model
 from kanefe.errors import SimulationWarning, outside
 
 
-def warn_of_structural_damping(model: Model) -> None:
-    """Warn of bodies with a loss factor, which a run leaves undamped by it."""
+def warn_of_structural_damping(model: Model, what: str = "this run") -> None:
+    """Warn of bodies with a loss factor, which a run, or `what` else is named, leaves undamped by it."""
     names = [
         repr(body.name)
         for body in model.bodies
@@ -17,7 +17,7 @@ def warn_of_structural_damping(model: Model) -> None:
     ]
     if names:
         warnings.warn(
-            f"the loss factor of materials of {', '.join(names)} acts in frequency responses and modes only: this run "
+            f"the loss factor of materials of {', '.join(names)} acts in frequency responses and modes only: {what} "
             "goes without. Remedy: material.viscoelastic(band=(lowest, highest frequency in Hz)), whose Prony series "
             "has that loss factor in the band",
             SimulationWarning,

@@ -12,6 +12,7 @@ from kanefe.arguments import checked
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
+from kanefe.integrate.run_checks.structural_damping import warn_of_structural_damping
 from kanefe.linear.modes.eigenvalues import OfEigenvalues
 from kanefe.linear.modes.hill import Hill, hill_motions
 from kanefe.linear.modes.mode_shapes import body_masses
@@ -195,6 +196,7 @@ def floquet(
     """
     model, time, q, u = model_in_state(scene, t, start, "floquet")
     check_no_rigid_contacts(model, "floquet")
+    warn_of_structural_damping(model, "floquet")
     seconds = _period(model, time, u) if period is None else numbers(period)
     if np.shape(seconds) != () or not np.isfinite(seconds) or not seconds > 0.0:
         raise ModelError(f"the period of floquet must be above zero s, not {period!r}")
@@ -202,7 +204,7 @@ def floquet(
     if not around.points[0].is_holonomic:
         raise ModelError("floquet: scenes that roll are not supported. Remedy: modes() of a state that rolls steadily")
     rate = 2.0 * np.pi / float(seconds)
-    hill = hill_motions(around.harmonics, rate)
+    hill = hill_motions(around.harmonics, rate, around.weights)
     return _listed(around, float(seconds), hill)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.linalg
 
 from kanefe.errors import SimulationError
-from kanefe.linear.modes.eigenpairs import rate_weights
+from kanefe.frames import Vector
 
 REACHES = (2, 4, 6, 9, 13, 19, 28)
 """Numbers of harmonics on either side that are tried in turn until the last ones vanish."""
@@ -56,15 +56,14 @@ def hill_matrix(harmonics: np.ndarray, rate: float, reach: int) -> np.ndarray:
     return H.reshape(len(orders) * size, -1)
 
 
-def hill_motions(harmonics: np.ndarray, rate: float) -> Hill:
-    """Return the motions of Fourier coefficients (n, x, x) of A with the rate W (rad/s).
+def hill_motions(harmonics: np.ndarray, rate: float, weights: Vector) -> Hill:
+    """Return the motions of Fourier coefficients (n, x, x) of A with the rate W (rad/s) and weights (x,) of the states.
 
     Raises
     ------
     SimulationError
         If they have too many harmonics.
     """
-    weights = rate_weights(harmonics[0].real, harmonics.shape[1] // 2)
     scaled = harmonics * weights[:, None] / weights
     size = len(weights)
     for reach in REACHES:

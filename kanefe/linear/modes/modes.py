@@ -140,7 +140,7 @@ def modes_of(linearisation: StateSpace) -> Modes:
         free = replace(free, motions=np.vstack((free.motions, -following(A, moving) @ free.motions)))
     H = linearisation.structural
     if H is not None:
-        A = A + 1j * H
+        A = A + 1j * linearisation._without_drives(H)
     rest = _symmetric(linearisation, A, free) if small.is_holonomic and not arms and H is None else None
     values, vectors = rest or _general(A, free, len(small.positions.leading) - drives, arms)
     still = free.motions[:, : free.still]

@@ -46,11 +46,14 @@ class Around:
         A at each.
     harmonics : ndarray of complex, shape (n, x, x)
         Fourier coefficients of A as numpy's FFT orders them.
+    weights : ndarray, shape (x,)
+        Of the states, by the mean of A: see `rate_weights`.
     """
 
     points: list[SmallMotions]
     matrices: np.ndarray
     harmonics: np.ndarray
+    weights: Vector
 
 
 def motion_around(model: Model, t: float, q: Vector, u: Vector, period: float) -> Around:
@@ -72,7 +75,7 @@ def motion_around(model: Model, t: float, q: Vector, u: Vector, period: float) -
         weights = rate_weights(matrices.mean(axis=0), len(points[0].positions.leading), arms=len(points[0].arms))
         sizes = np.abs(harmonics * weights[:, None] / weights).max(axis=(1, 2))
         if sizes[count // 4 : count - count // 4 + 1].max() <= FLAT * sizes.max():
-            return Around(points, matrices, harmonics)
+            return Around(points, matrices, harmonics, weights)
         if count >= MOST:
             raise SimulationError(
                 f"the small motions of the scene change too sharply within the period of {period:.6g} s: {count} times "
