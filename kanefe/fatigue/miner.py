@@ -142,9 +142,9 @@ def damage(history: np.ndarray, curve: SNCurve, *, mean_stress: MeanStress | Non
             "by Young's modulus in Pa"
         )
     cycles = count_cycles(stress)
-    law = law_of(curve, mean_stress)
+    law = DamageLaw(law_of(curve, mean_stress))
     pairs = zip((0.5 * cycles.ranges).tolist(), cycles.means.tolist(), strict=True)
-    shares = cycles.counts * np.array([damage_of_cycle(amplitude, mean, DamageLaw(law)) for amplitude, mean in pairs])
+    shares = cycles.counts * np.array([damage_of_cycle(amplitude, mean, law) for amplitude, mean in pairs])
     if not np.isfinite(shares).all():
         raise ModelError(
             f"a mean stress of {cycles.means.max() / 1e6:.4g} MPa breaks the material at once: it is above the "

@@ -18,7 +18,7 @@ from kanefe.bodies.marker import CoordinateMarker, Marker
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.frames import Matrix, skews
 from kanefe.states.interactions import unit_wrenches
-from kanefe.tree.body_terms import FlexibleTerms, static_transfer
+from kanefe.tree.body_terms import FlexibleTerms
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.run_sweeps import FrameMotions
 
@@ -166,7 +166,7 @@ class HeldForces:
         found = np.zeros((len(self._eta), elastic.shape[1]))
         for i, load in enumerate(self._model.loads):
             if load.kind == "relaxation" and load.ends[0].body == self._number:
-                along = elastic[:k] + static_transfer(self._terms.body).T @ elastic[k:]
+                along = elastic[:k] + self._terms.transfer.T @ elastic[k:]
                 found += np.column_stack([self._on_end(i, e)[:, 0] for e in range(len(load.ends))]) @ along
         return found
 

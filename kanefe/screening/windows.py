@@ -16,6 +16,7 @@ from kanefe.integrate.events.load_events import events_of_loads
 from kanefe.integrate.options import RunOptions, WindowKeywords
 from kanefe.integrate.run import integrate
 from kanefe.integrate.run_checks.energy_check import account
+from kanefe.integrate.run_checks.structural_damping import warn_of_structural_damping
 from kanefe.integrate.set_up import check_motions
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory, wanted_times
@@ -123,6 +124,7 @@ def screen(
         raise ModelError(f"spacing of a screened run must be above zero s, not {spacing!r}")
     RunOptions(t_span=(first, last), output_step=output_step, **options)
     model = scene.freeze(first, start)
+    warn_of_structural_damping(model)
     check_motions(model, first, last)
     _refuse_fast_loads(model, spacing)
     needed, usable = (last - first) / spacing * model.initial_state.nbytes, LARGEST_SHARE * usable_memory()
@@ -234,9 +236,7 @@ class _Run:
         bound = bound + np.repeat(found.left_of_start(t), FINER, axis=0)[: len(fine)]
         is_near = values <= bound  # for ropes, which only pull
         is_near[:, :count] = sides * values[:, :count] <= bound[:, :count]
-        for rope, number in enumerate(self.sticking.ropes, count):
-            strongest = screening_of(self.sticking.model.loads[number]).strongest
-            is_near[:, rope] |= values[:, rope] + bound[:, rope] >= strongest
+        is_near[:, count:] |= values[:, count:] + bound[:, count:] >= self.sticking.strongest
         return fine, is_near
 
     def _state_at(self, found: Superposed, row: int) -> Vector:

@@ -11,7 +11,6 @@ from kanefe.bodies.marker import CoordinateMarker, Marker, ModalMarker
 from kanefe.frames import Matrix, Vector
 from kanefe.states.kinematics import elastic_partial_rates
 from kanefe.states.state import State, actions
-from kanefe.tree.body_terms import static_transfer
 
 if TYPE_CHECKING:
     from kanefe.loads.anchors import Anchor
@@ -54,7 +53,7 @@ def _along(state: State, marker: CoordinateMarker) -> Vector:
     terms = state.model.bodies[marker.body].flexible
     if isinstance(marker, ModalMarker) and terms is not None and state.columns > terms.fixed.start:
         rates, k = elastic_partial_rates(terms, state.columns), terms.body.free_count
-        return np.asarray(rates[marker.coordinate] + static_transfer(terms.body)[:, marker.coordinate] @ rates[k:])
+        return np.asarray(rates[marker.coordinate] + terms.transfer[:, marker.coordinate] @ rates[k:])
     row[speed] = 1.0
     return row
 

@@ -22,6 +22,7 @@ from kanefe.integrate.pace import Limits
 from kanefe.integrate.run import SilentBar, one_count
 from kanefe.integrate.run_checks.convergence_check import of_fixed_steps
 from kanefe.integrate.run_checks.stiff_contacts import warn_of_stiff_contacts
+from kanefe.integrate.run_checks.structural_damping import warn_of_structural_damping
 from kanefe.integrate.sampling import ControllerLog, Sampler
 from kanefe.integrate.set_up import reported_events, watch_of
 from kanefe.integrate.status import RunStatus
@@ -64,6 +65,7 @@ def started(scene: Steppable, asked: Asked) -> Simulation:
         states[model.held[INPUTS]] = [one.start for one in held if one.course is None]
         model = replace(model, initial_states=states)
     warn_of_stiff_contacts(model)
+    warn_of_structural_damping(model)
     return Simulation(scene, asked, own, model, held)
 
 

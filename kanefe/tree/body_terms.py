@@ -61,6 +61,11 @@ class FlexibleTerms:
     given_eta: np.ndarray | None = None
     given_deta: np.ndarray | None = None
 
+    @cached_property
+    def transfer(self) -> np.ndarray:
+        """What internal forces on the free coordinates are on the fixed ones: see `static_transfer`."""
+        return static_transfer(self.body)
+
 
 @dataclass(frozen=True, eq=False)
 class BodyTerms:

@@ -279,9 +279,10 @@ class EventWatch:
     ) -> list[float]:
         """Return when an event happened in the last step, from its values at some times of it."""
         event, noise, is_bound = self.events[number], float(self._noise[number]), bool(self._is_bound[number])
-        of, zeros = StepSamples(times, values, len(times), 0), np.empty((2 * len(times), 2))
+        of = StepSamples(times, values, len(times), 0)
         if is_still(of, is_bound):
             return []
+        zeros = np.empty((2 * len(times), 2))
         function = _timed(self._along(stepper, quick, number), check_time)
         is_beyond = is_bound or isinstance(event, EventOfLoad)  # see `kanefe.kernels.events.roots_of_step`
         wanted = Sought(event.direction, noise, is_bound, is_beyond, self._span)

@@ -50,7 +50,7 @@ class ConstraintRow(Record, is_frozen=True):
     point, direction : int
         Of a contact: number of its point, and which of its directions; 0: the normal.
     first_visit, last_visit, common : int
-        Its visits, see `kanefe.kernels.constraints.row_paths.RowPaths`, and the first of those to what carries both
+        Its visits, see `kanefe.kernels.tables.RowPaths`, and the first of those to what carries both
         its ends.
     e, f, side, cosine, length, lead, radius, constant
         See `kanefe.constraints.rows`.

@@ -28,8 +28,8 @@ from kanefe.kernels.force_elements.places import Done, Ends, Wrenches
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_force_inward
 from kanefe.kernels.loads.acting import acting_in, loads_of
-from kanefe.kernels.loads.loads_between import apply_load, evaluate_load
-from kanefe.kernels.loads.points import gather_points, push_points
+from kanefe.kernels.loads.loads_between import apply_load, evaluate_alone
+from kanefe.kernels.loads.points import push_points
 from kanefe.kernels.loads.reach import find_near
 from kanefe.kernels.scene import Rates, Scene, State, Work, bodies_of, links_of, rates_in, state_in, work_in
 from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
@@ -196,8 +196,7 @@ def add_and_tell_loads(scene: Scene, state: State, work: Work, own: ForceWork, t
         load = loads[n]
         if acting.nearness[n] <= 0.0:
             continue
-        gather_points(scene, work, load.team, n, n + 1)
-        evaluate_load(scene, state, work, n, n)
+        evaluate_alone(scene, state, work, n)
         for e in range(load.end_count):
             at = load.first_end + e
             told[at].force, told[at].moment, points[at] = wrenches[e].force, wrenches[e].moment, ends[e].p

@@ -110,7 +110,7 @@ def _work_at(scene: Scene, forces: ForceTables, work: Work, d: int, motion: np.n
 
 @inlined
 def unit_wrench(component: int, axis: Vector, T: Matrix) -> tuple[Vector, Vector]:
-    """Return force and moment in G of a unit force along a component: see `kanefe.kane.coupling.unit_wrenches`."""
+    """Return force and moment in G of a unit force along a component, as `kanefe.states.interactions.unit_wrenches`."""
     if component < 3:
         return axis, ZERO
     area = cross(T.y, T.z)

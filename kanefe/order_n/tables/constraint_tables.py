@@ -11,15 +11,13 @@ from kanefe.kernels.constraints.constraint_rows import ConstraintRow, Constraint
 from kanefe.kernels.constraints.loop_tables import Limits, LoopFactors, RowWork, UnitResponses, no_loops
 from kanefe.kernels.constraints.tolerances import LARGEST_STEP
 from kanefe.kernels.contact.rigid_points import given_points
-from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.scene import FlexibleSizes, Sizes
 from kanefe.kernels.tables import FlexibleTables, Loops, RigidPoints, Tables
 from kanefe.kernels.values.filled import filled, room
-from kanefe.kernels.values.tensors import Matrix, Vector
 from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.row_path_tables import row_paths
 from kanefe.tree.model_data import ModelData
-from kanefe.tree.rigid_points import rigid_points
+from kanefe.tree.rigid_points import put_marker, rigid_points
 from kanefe.tree.scales import displacement_scales, joint_scales, scene_length
 
 if TYPE_CHECKING:
@@ -80,8 +78,8 @@ def _fill(
             continue
         between = constraint, own.a, own.b
         row.goes_on, before = between == before, between
-        _put(row.a, *builder.marker_numbers(own.a))
-        _put(row.b, *builder.marker_numbers(own.b))
+        put_marker(row.a, *builder.marker_numbers(own.a))
+        put_marker(row.b, *builder.marker_numbers(own.b))
     return terms
 
 
@@ -94,10 +92,6 @@ def _fill_points(rows: ConstraintRows, first: int, points: RigidPoints) -> None:
         row.holds_place = direction == 0 or given.has_mark
         for end, marker in ((row.a, given.surface), (row.b, given.probe)):
             end.row, end.point, end.axes = marker.row, marker.point, marker.axes
-
-
-def _put(end: Marker, row: int, marker: np.ndarray) -> None:
-    end.row, end.point, end.axes = row, Vector(*marker[:3]), Matrix(*marker[3:])
 
 
 def _sizes(tables: Tables, flexible: FlexibleTables, **whole: int) -> np.ndarray:
