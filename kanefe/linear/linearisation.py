@@ -345,7 +345,6 @@ def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequ
     model = small.model
     P, R, arms = small.with_arms, small.along_speeds, small.along_arms
     lead_p, lead_r = small.positions.leading, small.speeds.leading
-    A = small.state_matrix()
     driven = input_directions(small, inputs)
     still = np.zeros((len(small.arms), len(inputs)))
     B = np.vstack((np.zeros((len(lead_p), len(inputs))), driven.ddu[lead_r], still))
@@ -360,7 +359,7 @@ def linearisation_of(small: SmallMotions, inputs: Sequence[Input], outputs: Sequ
         model=model,
         time=small.t,
         state=small.y,
-        A=A,
+        A=small.state_matrix(),
         B=B,
         C=C,
         D=D,
