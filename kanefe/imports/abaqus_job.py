@@ -20,7 +20,7 @@ from kanefe.imports.included import DeckWarning
 from kanefe.imports.node_table import NodeTable
 
 OTHERWISE = "or give the nodes as a dict of labels to coordinates"
-"""What a deck whose nodes are not read can be replaced by in `read_abaqus`."""
+"""Remedy, in words of `read_abaqus`, for a deck whose nodes are not read."""
 
 
 class Job(NamedTuple):
