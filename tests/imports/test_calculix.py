@@ -78,7 +78,9 @@ def test_incompatible_modes_that_follow_by_statics_raise_frequencies_little(jobs
     model = read_calculix(jobs / "inner" / "job.inp")
     theirs = squares(stored(jobs / "inner", "sti"), stored(jobs / "inner", "mas"), 4)
     ratio = squares(model.stiffness.toarray(), model.mass.toarray(), 4) / theirs
-    assert (ratio > 1.0).all()
+    # those of rigid motions, or that inner coordinates leave alone, are equal but for round-off
+    assert (ratio > 1.0 - 1e-9).all()
+    assert ratio.max() > 1.01
     assert ratio[0] < 1.02
 
 

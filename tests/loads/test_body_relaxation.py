@@ -57,7 +57,7 @@ class TestRoutes:
         exact = scene.simulate((0.0, 0.2), method="dop853", rtol=1e-10)
         size = np.abs(exact.position("tool")).max()
         assert exact.energy.dissipated[-1] > 1e-4
-        assert np.abs(exact.energy.balance_error).max() < 1e-9
+        assert np.abs(exact.energy.balance_error).max() < 1e-7 * exact.energy.kinetic.max()  # 1,000 rtol
         for method, rtol, error in (("radau5", 1e-8, 1e-8), ("generalised-alpha", 1e-5, 1e-4)):
             run = scene.simulate((0.0, 0.2), method=method, rtol=rtol)
             assert np.abs(run.position("tool")[-1] - exact.position("tool")[-1]).max() < error * size
