@@ -336,15 +336,7 @@ def _extended(field: MassField | None, clouds: list[_Cloud]) -> MassField | None
     """Return the mass field with the points of lumped masses after its own; they rotate with their nodes."""
     if field is None or not clouds:
         return field
-    points, shares, motions, turns, arms = zip(*clouds, strict=True)
-    none = sp.csr_matrix(field.interpolation.shape)
-    return MassField(
-        np.concatenate([field.points, *points]),
-        sp.block_diag([field.mass, sp.diags(np.concatenate(shares))], format="csr"),
-        sp.vstack([field.interpolation, *motions], format="csr"),
-        turns=sp.vstack([none if field.turns is None else field.turns, *turns], format="csr"),
-        arms=np.concatenate([np.zeros(field.points.shape) if field.arms is None else field.arms, *arms]),
-    )
+    return field.beside(*(MassField(one.points, sp.diags(one.shares), *one[2:]) for one in clouds))
 
 
 def _described(item: Lumped) -> dict[str, Any]:
