@@ -9,6 +9,9 @@ import mujoco
 
 Answer = dict[str, Any]
 
+# Steps that are too large are part of the search; else it writes a log into the folder.
+mujoco.set_mju_user_warning(lambda _: None)
+
 
 def mujoco_chain(links: list[Answer], gravity: list[float]) -> Any:
     """Return the model of a chain of links, stepped by the Runge-Kutta method of order 4."""

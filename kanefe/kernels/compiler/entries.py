@@ -266,17 +266,18 @@ def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
     if isinstance(part, Group):
         for inner, item in zip(part.parts, value, strict=True):
             _write(inner, item, places, numbers)
-    elif part.is_number:
-        numbers[part.at] = value
-    elif part.axes == 0:
-        places[part.at] = value
+        return
+    kind, axes, at = part
+    if axes > 0:  # most are arrays
+        if IS_COMPILED:
+            places[at] = _address(value, axes, kind)
+            for length in value.shape:
+                at += 1
+                places[at] = length
+    elif axes == 0:
+        (numbers if part.is_number else places)[at] = value
     elif IS_COMPILED:
-        if part.axes > 0:
-            at = part.at + 1
-            places[part.at] = _address(value, part.axes, part.kind)
-            places[at : at + part.axes] = value.shape
-        else:
-            places[part.at] = value.address
+        places[at] = value.address
 
 
 def _read(part: Part, value: Any, places: Any, numbers: Any) -> Any:
