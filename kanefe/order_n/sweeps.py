@@ -15,7 +15,6 @@ from kanefe.frames import (
     euler_parameters_from_matrix,
     multiply,
 )
-from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.evaluation.momenta import Balance
 from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.loads.telling import States
