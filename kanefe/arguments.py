@@ -161,15 +161,10 @@ def _plain(value: Any) -> Any:
 
 def plain_numbers(thing: Any) -> None:
     """Make each field of a frozen dataclass that is one number, of whatever type, a float or int of Python."""
-    for name in _names_of_fields(type(thing)):
-        value = getattr(thing, name, None)
+    for one in dataclasses.fields(thing):
+        value = getattr(thing, one.name, None)
         if type(value) not in PLAIN:
-            object.__setattr__(thing, name, _plain(value))
-
-
-@cache
-def _names_of_fields(kind: type) -> tuple[str, ...]:
-    return tuple(one.name for one in dataclasses.fields(kind))
+            object.__setattr__(thing, one.name, _plain(value))
 
 
 class _NamesOfHints(dict[str, Any]):

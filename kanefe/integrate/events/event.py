@@ -165,8 +165,6 @@ def checked_events(events: Sequence[Event | str] | Event | str, of_loads: Sequen
     if not isinstance(events, (tuple, Event, str, Sequence)):  # the default first, which takes no time
         raise ModelError(f"events must be a list of kanefe.Event, not {type(events).__name__}")
     given = (events,) if isinstance(events, (Event, str)) else events
-    if not (given or of_loads):
-        return ()
     found = (*of_loads, *(Event(one) if isinstance(one, str) else one for one in given))
     for event in found:
         if not isinstance(event, Event):
