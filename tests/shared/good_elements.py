@@ -226,7 +226,15 @@ call(
     thermal_strain=0.0,
 )
 
-SHELL = {"thickness": 0.01, "offset": 0.0, "fold": 0.35, "shear_factor": None, "cells": None}
+SHELL = {
+    "thickness": 0.01,
+    "offset": 0.0,
+    "fold": 0.35,
+    "shear_factor": None,
+    "cells": None,
+    "beams": None,
+    "lumped": (),
+}
 SHEET = fem.surface_mesh(lambda s, r: (s, r, 0.0 * s), (2, 1))
 call("kanefe_fem.surface_mesh", fem.surface_mesh, place=lambda s, r: (s, r, 0.0 * s), counts=(2, 1))
 call(

@@ -34,7 +34,7 @@ from kanefe_fem.shells.orientation import consistent
 from kanefe_fem.shells.pairs import of_nine_nodes
 from kanefe_fem.shells.problem import ShellCells, ShellProblem, stress_stiffness
 from kanefe_fem.shells.seams import seams_of
-from kanefe_fem.shells.stiffener import Stiffener
+from kanefe_fem.shells.stiffener import Stiffener, checked_stiffeners
 from kanefe_fem.shells.stiffeners import stiffener_lines
 from kanefe_fem.solids.body import solid_model
 
@@ -125,6 +125,7 @@ def shell_model(
     >>> model = shell_model("panel.msh", steel, thickness=2e-3)          # doctest: +SKIP
     """
     start = time.perf_counter()
+    beams = checked_stiffeners(beams)
     mesh, of_solids = _parts(mesh, materials, cells)
     solids = set() if of_solids is None else set(of_solids.cells)
     own = {k: v for k, v in materials.items() if k not in solids} if isinstance(materials, Mapping) else materials

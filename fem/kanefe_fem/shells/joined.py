@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.fe_model.model import Cells, FiniteElementModel, MassField, NodeGroup, StressStiffness
+from kanefe.fe_model.model import Cells, FiniteElementModel, MassField, NodeGroup, StressStiffness, fields_together
 from kanefe.fe_model.shapes import shape
 from kanefe_fem.shells.seams import Seams
 from kanefe_fem.shells.stiffeners import StiffenerLines
@@ -32,7 +32,7 @@ def with_stiffeners(model: FiniteElementModel, lines: Sequence[StiffenerLines]) 
     """Return the model of a shell with the stiffness and the mass of stiffeners."""
     count = len(model.nodes)
     stiffness = model.stiffness + sum(one.stiffness(count) for one in lines)
-    field = cast(MassField, model.mass_field).beside(*(one.mass_field(count) for one in lines))
+    field = fields_together([cast(MassField, model.mass_field), *(one.mass_field(count) for one in lines)])
     of_shell = model.stress_stiffness
 
     def stress_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
@@ -99,7 +99,7 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
             lambda N: sp.hstack((sp.csr_matrix((N.shape[0], shell.size)), N @ in_space.T)) @ parts.motion,
         ),
     )
-    field = fields[0].beside(fields[1])
+    field = fields_together(fields)
     unit = sp.hstack((sp.csr_matrix((rotations.shape[1], shell.size)), rotations.T))
     return replace(
         shell,

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from kanefe.arguments import checked
+from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection
@@ -100,3 +100,11 @@ class Stiffener:
                 "numbers only. Remedy: offset= a height in m"
             )
         return -float(fibres[:, 1].min()), float(fibres[:, 1].max())
+
+
+def checked_stiffeners(beams: Any) -> dict[str, Stiffener]:
+    """Return stiffeners by groups of lines; a ModelError names what is none."""
+    given = {} if beams is None else beams
+    if not isinstance(given, Mapping) or not all(isinstance(one, Stiffener) for one in given.values()):
+        raise ModelError(f"beams={told(beams)} of a shell. Remedy: {{'rib': Stiffener(section, material)}}")
+    return dict(given)
