@@ -1,8 +1,8 @@
 """A folded bracket of sheet metal as a shell, beside its solid: compliance and frequencies.
 
-Two flanges of 2 mm meet at a sharp fold. The shell is its middle surface; the solid one layer of bricks of order 2. With
-bricks of twice the size its frequencies are 1 % higher, while cells of half the size change those of the shell by 0.1 %.
-Needs dolfinx.
+Two flanges of 2 mm meet at a sharp fold. The shell is its middle surface; the solid one layer of bricks of order 2.
+With bricks of twice the size its frequencies are 1 % higher; cells of half the size change those of the shell by
+0.1 %. Needs dolfinx.
 """
 
 from pathlib import Path
