@@ -10,7 +10,7 @@ from typing import Annotated
 import numpy as np
 
 from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start, Values
-from kanefe.kernels.values.tensors import Symmetric, Vector
+from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector
 
 
 class ModalCoordinates(Record, is_frozen=True):
@@ -74,6 +74,12 @@ class ModalBody(ModalCoordinates):
     bending : int
     bent : ndarray, shape (9, k)
         Workspace of these.
+    wet : int
+        -1: there is no fluid around it.
+    fluid_mass, fluid_lever, fluid_inertia : Symmetric, Matrix, Symmetric
+        Added mass of G, see `kanefe.kernels.sweeps.fluid`: H of its M, H, J.
+    fluid_linear, fluid_angular : Values
+        That between the motion of G and the modes.
     carried, carried_count : int
         First of its interfaces that carry something, in `FlexibleTables.carrying`, and how many they are.
     is_exact : bool
@@ -110,6 +116,12 @@ class ModalBody(ModalCoordinates):
     quadratic: Annotated[np.ndarray, Array("k", "6k")]
     bending: Annotated[int, Start("modal")]
     bent: Annotated[np.ndarray, Array(9, "k")]
+    wet: Annotated[int, Start("pool")]
+    fluid_mass: Annotated[Symmetric, One(Symmetric)]
+    fluid_lever: Annotated[Matrix, One(Matrix)]
+    fluid_inertia: Annotated[Symmetric, One(Symmetric)]
+    fluid_linear: Annotated[Values, Many(Vector, "k")]
+    fluid_angular: Annotated[Values, Many(Vector, "k")]
     carried: int
     carried_count: int
     is_exact: bool

@@ -378,12 +378,9 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     if flexible:
         from kanefe.bodies.exact.inertia import BeamInertia
         from kanefe.bodies.mass_moments import MassMoments
-        from kanefe.bodies.wet_moments import WetMoments
 
         if not all(isinstance(terms.free_moments, (MassMoments, BeamInertia)) for terms in flexible):
             return (Obstacle("bodies in the nodal form", "matrices of nodes that rotate"),)
-        if any(isinstance(terms.free_moments, WetMoments) for terms in flexible):
-            return (Obstacle("bodies with added mass", "a fluid around a body"),)
     for body in model.bodies:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)

@@ -54,6 +54,13 @@ BODIES: dict[str, dict[str, Any]] = {
     "no modes": {"interfaces": {"root": "clamped", "tip": "clamped"}, "reduction": kf.CraigBampton(modes=0)},
     "stiffened": {"interfaces": TIP, "reduction": kf.CraigBampton(modes=4), "is_bent": True},
     "floating, stiffened": {"interfaces": {"tip": "rigid"}, "interior": 1, "is_bent": True},
+    "in a fluid": {"interfaces": TIP, "reduction": kf.CraigBampton(modes=3), "in_fluid": True},
+    "floating in a fluid, stiffened": {"interfaces": FLOATING, "interior": 1, "is_bent": True, "in_fluid": True},
+    "no modes, in a fluid": {
+        "interfaces": {"root": "clamped", "tip": "clamped"},
+        "reduction": kf.CraigBampton(modes=0),
+        "in_fluid": True,
+    },
 }
 
 
@@ -188,7 +195,9 @@ class RandomScene:
             return kf.Planar(**each(3))
         if kind == "translation":
             return kf.Translation(forces=each(3)["forces"])
-        return {"fixed": kf.Fixed(), "spherical": kf.Spherical(), "free": kf.Free()}[kind]
+        if kind == "spherical":
+            return kf.Spherical(armature=float(rng.choice((0.0, 0.1))))
+        return {"fixed": kf.Fixed(), "free": kf.Free()}[kind]
 
     def _add_body(self, rng: np.random.Generator, name: str, is_last: bool) -> None:
         near = self.carriers[-4:] if rng.uniform() < 0.7 else self.carriers
