@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start, Values
+from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start, Table, Values
 from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector
 
 
@@ -30,6 +30,19 @@ class ModalCoordinates(Record, is_frozen=True):
 
 class AllModalCoordinates(Rows[ModalCoordinates]):
     """Those of all flexible bodies: of `FlexibleTables.bodies`."""
+
+
+class Arm(Record):
+    """A spring and a damper in series along a mode, whose state z follows ``dz/dt = rate (pull eta - z)``."""
+
+    mode: float
+    state: float
+    pull: float
+    rate: float
+
+
+class Arms(Rows[Arm]):
+    """The arms of a body."""
 
 
 class ModalBody(ModalCoordinates):
@@ -80,6 +93,8 @@ class ModalBody(ModalCoordinates):
         Added mass of G, see `kanefe.kernels.sweeps.fluid`: H of its M, H, J.
     fluid_linear, fluid_angular : Values
         That between the motion of G and the modes.
+    arm_count, springs, arms : int, int, Arms
+        Arms of a viscoelastic body that pull on one mode each.
     carried, carried_count : int
         First of its interfaces that carry something, in `FlexibleTables.carrying`, and how many they are.
     is_exact : bool
@@ -122,6 +137,9 @@ class ModalBody(ModalCoordinates):
     fluid_inertia: Annotated[Symmetric, One(Symmetric)]
     fluid_linear: Annotated[Values, Many(Vector, "k")]
     fluid_angular: Annotated[Values, Many(Vector, "k")]
+    arm_count: int
+    springs: Annotated[int, Start("pool")]
+    arms: Annotated[Arms, Table(Arms, "arm_count", Arm.number_count)]
     carried: int
     carried_count: int
     is_exact: bool

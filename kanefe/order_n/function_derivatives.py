@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from kanefe.order_n.rates_kernel import RatesKernel
     from kanefe.tree.scene_state import SceneState
 
-NOT_IMPLICIT = 0.0, 0.0
+NOT_IMPLICIT = 0.0, 0.0, 0.0
 
 
 def add_functions(

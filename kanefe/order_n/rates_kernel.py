@@ -10,6 +10,7 @@ from kanefe.kernels.evaluation.evaluation import (
     AT_TIME,
     IS_IMPLICIT,
     SHARE_OF_DAMPING,
+    SHARE_OF_RATES,
     SHARE_OF_STIFFNESS,
 )
 from kanefe.kernels.steppers.step_commands import AT, SLOPE, STIFFNESS_DIRECTION
@@ -82,9 +83,10 @@ class RatesCall:
         self.drives, self.inputs = drives, inputs
         self.call = kernel.prepared(drives, inputs, vectors, np.empty(kernel.memory_size))
 
-    def __call__(self, t: float, is_implicit: bool, shares: tuple[float, float]) -> tuple[int, float]:
+    def __call__(self, t: float, is_implicit: bool, shares: tuple[float, float, float]) -> tuple[int, float]:
         """Evaluate the rates at a time, s; return how it ended and the smallest pivot of the constraints."""
         call = self.call
         call.places[IS_IMPLICIT], call.numbers[AT_TIME] = is_implicit, t
-        call.numbers[SHARE_OF_DAMPING], call.numbers[SHARE_OF_STIFFNESS] = shares
+        numbers = call.numbers
+        numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS], numbers[SHARE_OF_RATES] = shares
         return call()  # type: ignore[no-any-return]

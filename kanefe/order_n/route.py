@@ -47,7 +47,7 @@ NEAR_PARADOX = 1e-2
 """Fraction that friction leaves of what a normal force does, below which a run that finds no step has come to
 Painleve's paradox."""
 
-NOT_IMPLICIT = 0.0, 0.0
+NOT_IMPLICIT = 0.0, 0.0, 0.0
 """Implicit fractions of an evaluation that is not linearly implicit."""
 
 
@@ -151,13 +151,16 @@ class OrderN(SceneInTables):
         kernel.give_back(call)
         return rates, weakest
 
-    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep_implicitly(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation: see `sweep`.
 
         That of the nearest closed state near a singular position, as in `evaluate`; where only loops hold something
         that has no inertia, the plain rates, which a linearly implicit method may use as well.
         """
-        weakest = self.sweep(t, vectors, share_damping, share_stiffness)
+        shares = share_damping, share_stiffness, share_of_rates
+        weakest = self.sweep(t, vectors, *shares)
         if weakest >= NEAR_SINGULAR:
             return weakest
         if weakest == 0.0:
@@ -165,11 +168,13 @@ class OrderN(SceneInTables):
         else:
             asked = vectors[AT].copy()
             vectors[AT] = self.projected(t, asked)
-            self.sweep(t, vectors, share_damping, share_stiffness)
+            self.sweep(t, vectors, *shares)
             vectors[AT] = asked
         return weakest
 
-    def sweep(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation to the second of four vectors; return the smallest pivot, see above.
 
         The first is the state; see `kanefe.kernels.sweeps.implicit` for the shares and for the other two, the pushes.
@@ -177,12 +182,12 @@ class OrderN(SceneInTables):
         kernel = self._rates_kernel(True)
         call = kernel.take()
         call.vectors[:] = vectors
-        weakest = self._sweep(call, t, True, (share_damping, share_stiffness))
+        weakest = self._sweep(call, t, True, (share_damping, share_stiffness, share_of_rates))
         vectors[SLOPE] = call.slope
         kernel.give_back(call)
         return weakest
 
-    def _sweep(self, call: RatesCall, t: float, is_implicit: bool, shares: tuple[float, float]) -> float:
+    def _sweep(self, call: RatesCall, t: float, is_implicit: bool, shares: tuple[float, float, float]) -> float:
         if not self._inputs_stay:
             call.inputs[:] = self.values(t, call.at.copy())  # functions of the user may keep what they see
         if self._drives:

@@ -122,14 +122,19 @@ def _of_fluid(moments: WetMoments, transform: tuple[Matrix, Matrix] | None) -> t
 
 def _of_unit_mass(mass: Matrix, K: Matrix) -> tuple[np.ndarray, tuple[Matrix, Matrix] | None]:
     """Return the stiffnesses of modes of unit mass, and what makes these of coordinates; None: they are the same."""
-    diagonal = np.diag(K)
-    if not len(K) or (
-        np.abs(mass - np.eye(len(K))).max() <= ROUND_OFF
-        and np.abs(K - np.diag(diagonal)).max() <= ROUND_OFF * diagonal.max()
-    ):
-        return diagonal, None
+    if are_modes_of_unit_mass(mass, K):
+        return np.diag(K), None
     diagonal, modes = scipy.linalg.eigh(K, mass)
     return diagonal, (mass @ modes, modes.T)
+
+
+def are_modes_of_unit_mass(mass: Matrix, K: Matrix) -> bool:
+    """Return whether M of some coordinates is the identity, and their K diagonal."""
+    diagonal = np.diag(K)
+    return not len(K) or bool(
+        np.abs(mass - np.eye(len(K))).max() <= ROUND_OFF
+        and np.abs(K - np.diag(diagonal)).max() <= ROUND_OFF * diagonal.max()
+    )
 
 
 def side_by_side(matrices: Matrix) -> Matrix:

@@ -212,6 +212,9 @@ class TableBuilder(FrameOffsets):
             own.bending = self._modal_space(room(ModalBody, "bending", k=k))
         if modes.fluid is not None:
             own.wet = self._pool.add(*modes.fluid)
+        own.arm_count = 0
+        for arms in (arms for load, arms in self.arms.items() if self.model.loads[load].ends[0].body == number):
+            own.arm_count, own.springs = len(arms), self._pool.add(arms)
         flexible = len(self._bodies)
         self.modes[number], self.flexible_numbers[number] = modes, flexible
         self._links[row].flexible = flexible
