@@ -84,7 +84,10 @@ def test_arms_in_the_sweeps_are_those_of_the_matrix_over_all_unknowns(sprung, op
     tolerance = 1e-8 if "step" in options else 1e-4
     np.testing.assert_allclose(swept.position("tool"), dense.position("tool"), rtol=0, atol=tolerance)
     np.testing.assert_allclose(
-        swept.load("relaxation of arm")[:, 0], dense.load("relaxation of arm")[:, 0], rtol=0, atol=100 * tolerance * size
+        swept.load("relaxation of arm")[:, 0],
+        dense.load("relaxation of arm")[:, 0],
+        rtol=0,
+        atol=100 * tolerance * size,
     )
 
 

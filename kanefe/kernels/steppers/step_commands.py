@@ -168,6 +168,7 @@ class DirectedStep(Step):
     most_directions: int  # how many there is room for, 0 if none are wanted
     rank: int  # how many were found
 
+
 class StepArrays(NamedTuple):
     """The memory of a step: see `Run`."""
 

@@ -1,8 +1,8 @@
 """The linearly implicit sweep: ``(M + s C + r K) z = F + C a + K b`` in place of ``M du = F``.
 
 C and K are the diagonals of the modes of unit mass, and springs, dampers and stops along joint coordinates,
-each at the current state. An arm of a viscoelastic body, with the state z and the share p of its rate in that of the end of
-a step, is eliminated by hand: ``z = (known + p rate pull eta) / (1 + p rate)`` leaves ``pull^2 / (1 + p rate)`` of its
+each at the current state. An arm of a viscoelastic body, whose state z at the end of a step has a share p of its rate,
+is eliminated by hand: ``z = (known + p rate pull eta) / (1 + p rate)`` leaves ``pull^2 / (1 + p rate)`` of its
 stiffness. In modes of unit mass the block of a body becomes ``d = 1 + s c + r k``; with the modes
 scaled by the root of d it is the identity again, so that the elimination of the modes is that of the plain sweep.
 """
