@@ -66,23 +66,27 @@ def stiffen_modes(scene: Scene, work: Work, pushes: Pushes) -> None:
             transposed_product(body.to_modes, 0, along_damping, of_damping)
             transposed_product(body.to_modes, 0, along_stiffness, of_stiffness)
         p, scale, linear, angular, stiffness = body.p, body.scale, body.linear, body.angular, body.stiffness
+        of_arms = workspace[2 * k : 3 * k]
         if body.arm_count > 0:
-            stiffness = workspace[2 * k : 3 * k]
-            copy(body.stiffness, stiffness)
-            _add_arms(body, pushes.rates, stiffness)
+            _put_arms(body, pushes.rates, of_arms)
         for j in range(k):
             damping = 0.0
             if body.damped >= 0:
                 damping = body.damping[j, j]
-            s = 1.0 / np.sqrt(1.0 + pushes.damping * damping + pushes.stiffness * stiffness[j])
+            resists = stiffness[j]
+            if body.arm_count > 0:
+                resists += of_arms[j].real
+            s = 1.0 / np.sqrt(1.0 + pushes.damping * damping + pushes.stiffness * resists)
             scale[j] = s
-            p[j] = s * (p[j] + damping * of_damping[j] + stiffness[j] * of_stiffness[j])
+            p[j] = s * (p[j] + damping * of_damping[j] + resists * of_stiffness[j])
             linear[j], angular[j] = s * linear[j], s * angular[j]
 
 
 @kernel
-def _add_arms(body: ModalBody, share_of_rates: float, stiffness: np.ndarray) -> None:
+def _put_arms(body: ModalBody, share_of_rates: float, stiffness: np.ndarray) -> None:
+    """Write what the arms add to the stiffness of each mode."""
     arms = body.arms
+    stiffness[:] = 0.0
     for i in range(len(arms)):
         arm = arms[i]
         stiffness[int(arm.mode)] += arm.pull * arm.pull / (1.0 + share_of_rates * arm.rate)
