@@ -16,7 +16,6 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.instants.instant import Instant
 from kanefe.instants.missed_statics import is_known, warn_of_missed
-from kanefe.integrate.run_checks.structural_damping import warn_of_structural_damping
 from kanefe.linear.azimuth import CONSTANT, change_ahead
 from kanefe.linear.inputs import Input, inputs_of
 from kanefe.linear.outputs import Output, output_rows, output_values, outputs_of
@@ -128,7 +127,6 @@ class Linearisation(StateSpace):
         from kanefe.linear.input_to_output import channels_of, h2_norm
 
         self._warn_of_change("norms")
-        warn_of_structural_damping(self.model, "h2_norm")
         return h2_norm(channels_of(self, output, input))
 
     @checked
@@ -162,7 +160,6 @@ class Linearisation(StateSpace):
         from kanefe.linear.input_to_output import channels_of, margins
 
         self._warn_of_change("margins")
-        warn_of_structural_damping(self.model, "margins")
         return margins(in_series(channels_of(self, output, input), controller), gain)
 
     @checked
@@ -185,7 +182,6 @@ class Linearisation(StateSpace):
         """
         from kanefe.linear._control import modal_space, state_space
 
-        warn_of_structural_damping(self.model, "to_control")
         return modal_space(self) if modal else state_space(self)
 
     @checked
@@ -213,7 +209,6 @@ class Linearisation(StateSpace):
         ``kf.linearise(scene, inputs="motor hub", outputs="position tip").to_fmu("arm.fmu", fmi="3.0")``
         """
         self._warn_of_change("units for exchange")
-        warn_of_structural_damping(self.model, "to_fmu")
         return served("write_linear")(self, path, fmi)
 
     @checked

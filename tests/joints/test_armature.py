@@ -85,7 +85,7 @@ def test_the_reaction_of_a_joint_leaves_out_what_its_rotor_takes() -> None:
 
 
 def test_a_ball_with_a_rotor_keeps_energy_and_loops_agree_with_the_literal_route() -> None:
-    """A chain of two balls, the inner one with a rotor, closed by a rod: with the armature in no direction preferred."""
+    """A chain of two balls, the inner one with a rotor, closed by a rod."""
     scene = kf.System(gravity=(0, 0, -GRAVITY))
     ball = kf.Spherical(orientation=kf.rotation_about("x", 0.4), angular_velocity=(1.0, -2.0, 3.0), armature=ROTOR)
     inner = scene.add_rigid_body("inner", MASS, (0.02, 0.03, 0.04), com=(0.1, 0, -ARM), joint=ball)
