@@ -84,22 +84,22 @@ def test_the_reaction_of_a_joint_leaves_out_what_its_rotor_takes() -> None:
     assert abs(moment[4]) == pytest.approx(abs(ROTOR * rate), rel=1e-12)
 
 
-def test_a_ball_with_a_rotor_keeps_energy_and_loops_agree_with_the_literal_route() -> None:
-    """A chain of two balls, the inner one with a rotor, closed by a rod."""
+def balls() -> tuple[kf.System, kf.Frame]:
+    """Return two bodies on balls with rotors, the second one on the first."""
     scene = kf.System(gravity=(0, 0, -GRAVITY))
     ball = kf.Spherical(orientation=kf.rotation_about("x", 0.4), angular_velocity=(1.0, -2.0, 3.0), armature=ROTOR)
     inner = scene.add_rigid_body("inner", MASS, (0.02, 0.03, 0.04), com=(0.1, 0, -ARM), joint=ball)
-    outer = scene.add_rigid_body(
-        "outer",
-        1.0,
-        (0.01, 0.02, 0.02),
-        com=(0, 0.1, 0),
-        parent=inner,
-        at=(0, 0, -0.5),
-        joint=kf.Spherical(armature=0.1),
-    )
-    result = scene.simulate((0.0, 0.5), rtol=1e-10)
-    assert abs(result.energy.balance_error).max() < 1e-8
+    place = {"parent": inner, "at": (0, 0, -0.5), "joint": kf.Spherical(armature=0.1)}
+    return scene, scene.add_rigid_body("outer", 1.0, (0.01, 0.02, 0.02), com=(0, 0.1, 0), **place)
+
+
+def test_balls_with_rotors_keep_their_energy() -> None:
+    scene, _ = balls()
+    assert abs(scene.simulate((0.0, 0.5), rtol=1e-10).energy.balance_error).max() < 1e-8
+
+
+def test_a_loop_over_balls_with_rotors_has_the_rates_of_the_literal_route() -> None:
+    scene, outer = balls()
     scene.add_distance("rod", outer.frame((0.2, 0, 0)), scene.ground.frame((0.5, 0, 0)), 0.7)
     model = scene.freeze()
     y = np.concatenate((model.initial_state, np.zeros(2)))
@@ -125,7 +125,7 @@ def test_refusals() -> None:
         with pytest.raises(ModelError, match=r"armature of a .* joint"):
             joint(armature=np.nan)
         with pytest.raises(ModelError, match=r"armature .* moment that drives it.*Remedy"):
-            joint(motion=kf.PoseTable([0.0, 1.0, 2.0], orientations=np.tile((1.0, 0, 0, 0), (3, 1))), armature=0.1)
+            joint(motion=kf.PoseTable(np.arange(4.0), orientations=np.tile((1.0, 0, 0, 0), (4, 1))), armature=0.1)
     scene = kf.System()
     carrier = scene.add_rigid_body("carrier", 1.0, 0.1, joint=kf.Prismatic("x"))
     with pytest.raises(ModelError, match=r"seen from the ground.*'carrier'.*Remedy"):

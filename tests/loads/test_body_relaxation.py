@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 import numpy as np
 import pytest
 
@@ -60,7 +58,8 @@ class TestRoutes:
         exact = scene.simulate((0.0, 0.2), method="dop853", rtol=1e-10)
         size = np.abs(exact.position("tool")).max()
         assert exact.energy.dissipated[-1] > 1e-4
-        assert np.abs(exact.energy.balance_error).max() < 1e-9
+        # some thousand steps at 1e-10 of 0.1 J
+        assert np.abs(exact.energy.balance_error).max() < 1e-8
         for method, rtol, error in (("radau5", 1e-8, 1e-8), ("generalised-alpha", 1e-5, 1e-4)):
             run = scene.simulate((0.0, 0.2), method=method, rtol=rtol)
             assert np.abs(run.position("tool")[-1] - exact.position("tool")[-1]).max() < error * size
@@ -70,10 +69,12 @@ class TestRoutes:
 @pytest.mark.parametrize("sprung", [False, True])
 @pytest.mark.parametrize("options", [{"step": 1e-3}, {"rtol": 1e-5}])
 def test_arms_in_the_sweeps_are_those_of_the_matrix_over_all_unknowns(sprung, options, monkeypatch):
-    scene = arm_and_tool()
-    if sprung:
-        scene.add_spring("spring", scene.ground, scene.body("tool"), stiffness=1e4, damping=10.0)
-    run = partial(scene.simulate, (0.0, 0.05), method="generalised-alpha", output_step=0.01, **options)
+    def run() -> kf.Result:
+        scene = arm_and_tool()
+        if sprung:
+            scene.add_spring("spring", scene.ground, scene.body("tool"), stiffness=1e4, damping=10.0)
+        return scene.simulate((0.0, 0.05), method="generalised-alpha", output_step=0.01, **options)
+
     swept = run()
     assert (swept.statistics["jacobians"] > 0) == sprung
     monkeypatch.setattr(CompiledAlpha, "kernels_for", lambda makes, model: makes.with_jacobian(0))
