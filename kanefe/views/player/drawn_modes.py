@@ -40,7 +40,8 @@ class StressField(Protocol):
     def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
         """Return the stress at the nodes (r, n, 6), xx, yy, zz, yz, xz, xy, Pa, of coordinates (r, k).
 
-        For m beams, the stress of p fibres around their sections, at both ends of each, (r, m 2 p, 6).
+        For m beams, the stress of p fibres around their sections, at both ends of each, (r, m 2 p, 6); for a shell that
+        at its bottom and then at its top, at each of its places, (r, 2 P, 6).
         """
         ...
 
@@ -86,7 +87,7 @@ def drawn_modes(shape: BodyShape, skin: Skin, eta: np.ndarray, stress: StressFie
 
 def _stresses(skin: Skin, stress: StressField, rows: np.ndarray) -> np.ndarray:
     found = stress.stress_of(rows)
-    if not skin.fibres:
+    if skin.arms is None:
         return found[:, skin.nodes]
     if skin.pieces == 1:
         return found
