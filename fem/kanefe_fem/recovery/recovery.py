@@ -17,7 +17,6 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import AccuracyWarning, ModelError, outside
-from kanefe.fe_model.thick_shell import thick_skin
 from kanefe.instants.instant import Instant
 from kanefe.results.reader import LARGEST_TABLE, Reader
 from kanefe.results.selection import Frames, frame_index
@@ -27,7 +26,7 @@ from kanefe_fem.recovery.envelope import Envelope, envelope_of
 from kanefe_fem.recovery.fibre_stress import fibre_stress
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
 from kanefe_fem.recovery.given_stresses import GivenStresses
-from kanefe_fem.recovery.scalars import FAILURES, TITLES, Scalar
+from kanefe_fem.recovery.scalars import Scalar
 from kanefe_fem.recovery.shell_fields import ShellFields
 from kanefe_fem.recovery.shell_points import ShellStrains
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor
@@ -525,30 +524,10 @@ class Recovery:
         MissingDependency
             If pyvista is not installed: ``pip install 'kanefe[report]'``.
         """
-        from kanefe.views.pictures import write_field
+        from kanefe_fem.recovery.pictures import write_picture
 
-        fields = self._fields()
-        if quantity not in fields.scalars:
-            raise ModelError(f"there is no picture of {quantity!r}. There are: {', '.join(fields.scalars)}")
-        points, cells = fields.nodes, fields.cells
-        eta = self.eta if frame is None else self.eta[frame][None]
-        if isinstance(fields, ShellFields) and self.level == (None, None):
-            values, thick = fields.faces_scalar(quantity, eta), thick_skin(cells, fields.stack)
-            nodes, arms, cells = thick.nodes, thick.arms, thick.cells
-        else:
-            values = self.envelope(quantity).values if frame is None else fields.scalar(quantity, "nodes", eta)[0]
-            nodes, arms = np.arange(len(points)), np.zeros(3)
-        points = points[nodes] + arms
-        if frame is not None:
-            moved = self.result.nodal_displacements(self.name, int(self.frames[frame]), nodes)
-            if self.result.body(self.name).line is None:
-                moved = moved + np.cross(self.result.body(self.name).rotations(eta, nodes)[0], arms)
-            size, largest = float(np.ptp(points, axis=0).max()), float(abs(moved).max())
-            factor = scale if scale is not None else (0.05 * size / largest if largest > 0.0 else 1.0)
-            points = points + factor * moved
-        unit, factor = ("1", 1.0) if quantity in FAILURES else ("MPa", 1e6)
-        label, last = f"{TITLES[quantity]} [{unit}]", None if limit is None else limit / factor
-        return write_field(path, points, cells, values / factor, label, view=view, title=title, limit=last)
+        options = {"view": view, "title": title, "limit": limit}
+        return write_picture(self, self._fields(), path, quantity, frame, scale, options)
 
     def _fields(self) -> StrainFields:
         body = self.result.body(self.name)
