@@ -64,12 +64,12 @@ def layered(cells: Sequence[Cells], stack: ShellStack, *, plies: bool) -> ThickS
         arms += [(height * places.thickness)[:, None] * places.director for height in ends.T]
         for block, at in _blocks(cells, places.of_corners):
             own = at[is_there[at[:, 0]]] + 2 * ply * count
-            for kind, piece in _PIECES[block.kind]:
+            for kind, piece in LAYERED[block.kind]:
                 made.append(Cells(kind, np.column_stack((own[:, piece], own[:, piece] + count))))
     return ThickShell(np.tile(places.node, len(arms)), np.concatenate(arms), tuple(made))
 
 
-_PIECES = {
+LAYERED = {
     "quad9": [("hexahedron", list(piece)) for piece in ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3))],
     "triangle6": [("wedge", list(piece)) for piece in ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))],
 }

@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.fe_model.model import CELL_TYPES
-from kanefe.fe_model.thick_shell import ThickShell, layered
+from kanefe.fe_model.thick_shell import LAYERED, ThickShell, layered
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
@@ -134,6 +134,8 @@ def _parts_of_bodies(result: Reader, scale: float, fields: Mapping[str, FieldDat
         if shape.is_flexible:
             data, number = fields.get(shape.name), _number_of(result, shape)
             stack = shape.elasticity.shell if shape.elasticity is not None else None
+            if not all(block.kind in LAYERED for block in shape.cells):
+                stack = None  # beside beams and solids a shell is drawn by its surface
             thick = None if stack is None else layered(shape.cells, stack, plies=data is not None)
             grid = _mesh_grid(shape if thick is None else thick, number)
             write = partial(_write_mesh, result, (shape, thick), grid, scale, data)

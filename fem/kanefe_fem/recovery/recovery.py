@@ -478,6 +478,11 @@ class Recovery:
         fields = self._fields()
         if isinstance(fields, ShellFields) and (self.level != (None, None) or self.material is not None):
             raise ModelError("files of a shell have all its layers. Remedy: leave out face=, ply= and material=")
+        if isinstance(fields, ShellFields) and len(fields.cells) < len(self.result.body(self.name).cells):
+            raise ModelError(
+                f"{self.name!r} has a shell beside beams or solids, whose stresses are not written together. Remedy: "
+                "Result.to_vtk, and the arrays of recover(...)"
+            )
 
         def data(frame: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
             eta = self.eta[place[frame]][None]

@@ -90,7 +90,9 @@ def _stresses(skin: Skin, stress: StressField, rows: np.ndarray) -> np.ndarray:
     if skin.arms is None:
         return found[:, skin.nodes]
     if skin.pieces == 1:
-        return found
+        # solids in one mesh with a shell have none
+        more = np.full((len(rows), len(skin.points) - found.shape[1], 6), np.nan)
+        return np.concatenate((found, more), axis=1)
     start, end = np.moveaxis(found.reshape(len(rows), -1, 1, 2, skin.fibres, 6), 3, 0)
     share = (np.arange(skin.pieces)[:, None] + np.arange(2))[:, :, None, None] / skin.pieces  # along each element
     return np.asarray((1.0 - share) * start[:, :, :, None] + share * end[:, :, :, None]).reshape(len(rows), -1, 6)

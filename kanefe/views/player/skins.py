@@ -23,6 +23,7 @@ from kanefe.views.player.creases import SMOOTH
 
 if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
+    from kanefe.fe_model.shell_stack import ShellStack
 
 THIN = 0.01
 """Side of a beam with unknown section, and size of a node without cells, relative to the body's size."""
@@ -170,6 +171,16 @@ def _of_facets(nodes: np.ndarray, facets: Sequence[Cells]) -> Skin:
         lines.append(np.stack((rim, np.roll(rim, -1, axis=1)), axis=-1).reshape(-1, 2))
     edges = np.unique(np.sort(np.concatenate(lines), axis=1), axis=0)
     return Skin(used, None, nodes[used], np.concatenate(triangles), edges)
+
+
+def _of_shell(nodes: np.ndarray, blocks: dict[int, list[Cells]], stack: ShellStack) -> Skin:
+    """Return the skin of a shell with its thickness, and after it that of solids in one mesh with it."""
+    thick, solids = thick_skin(blocks[2], stack), outside(blocks[3])
+    own = np.unique(np.concatenate([np.zeros(0, dtype=int), *(block.nodes.ravel() for block in solids)]))
+    moving = np.concatenate((thick.nodes, own))
+    arms = np.concatenate((thick.arms, np.zeros((len(own), 3))))
+    after = [Cells(block.kind, len(thick.nodes) + np.searchsorted(own, block.nodes)) for block in solids]
+    return replace(_of_facets(nodes[moving] + arms, [*thick.cells, *after]), nodes=moving, arms=arms)
 
 
 def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
