@@ -381,7 +381,7 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
         from kanefe.bodies.wet_moments import WetMoments
 
         if not all(isinstance(terms.free_moments, (MassMoments, BeamInertia)) for terms in flexible):
-            return (Obstacle("bodies in the nodal form", "matrices of nodes that rotate"),)
+            return (Obstacle("bodies in the nodal form", "models without a mass field"),)
         if any(isinstance(terms.free_moments, WetMoments) for terms in flexible):
             return (Obstacle("bodies with added mass", "a fluid around a body"),)
     for body in model.bodies:
