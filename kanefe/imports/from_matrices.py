@@ -159,13 +159,9 @@ def model_from_matrices(
     """
     points = _points(nodes)
     stress_stiffness, load_patterns = more.pop("stress_stiffness", None), more.pop("load_patterns", None)
-    geometric_stiffness, cells = more.pop("geometric_stiffness", None) or {}, more.pop("cells", ())
-    if stress_stiffness is not None and not callable(stress_stiffness):
-        raise ModelError(f"stress_stiffness must be a function of a displacement, not {stress_stiffness!r}")
+    geometric_stiffness = more.pop("geometric_stiffness", None) or {}
+    _check_optional(stress_stiffness, groups, load_patterns)
     names = _names(components)
-    for what, named in (("groups", groups), ("load_patterns", load_patterns)):
-        if named is not None and not isinstance(named, Mapping):
-            raise ModelError(f"{what} must be a dict by names, not {named!r}")
     size = len(points) * len(names) + _generalised(generalised, names)
     by_node = _rows_by_node(order, len(points), len(names), size)
 
@@ -185,7 +181,7 @@ def model_from_matrices(
         mass=M,
         mass_field=own,
         damping=C,
-        cells=tuple(cells),
+        cells=tuple(more.pop("cells", ())),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
         load_patterns=dict(load_patterns or {}),
         geometric_stiffness=of_loads or None,
@@ -199,11 +195,15 @@ def model_from_matrices(
         _check_pattern(model, name, pattern)
     found = self_check(model, **cast(Expected, more))
     _check_entries(sp.csr_matrix(read), sp.csr_matrix(0.5 * (read + read.T)))
-    tell_share(share, source)
-    told: dict[str, Any] = {"self_check": found.as_dict(), **({"estimated_inertia": share} if share else {})}
-    if not generalised and not _turning_mass(M, names):
-        told["rotary_inertia"] = "none: waves of the length L in a section of the thickness t are 1.6 (t/L)^2 too fast"
-    return _completed(replace(model, provenance={**model.provenance, **told}), source)
+    return _told(replace(model, provenance={**model.provenance, "self_check": found.as_dict()}), share, source)
+
+
+def _check_optional(stress_stiffness: Any, groups: Any, load_patterns: Any) -> None:
+    if stress_stiffness is not None and not callable(stress_stiffness):
+        raise ModelError(f"stress_stiffness must be a function of a displacement, not {stress_stiffness!r}")
+    for what, named in (("groups", groups), ("load_patterns", load_patterns)):
+        if named is not None and not isinstance(named, Mapping):
+            raise ModelError(f"{what} must be a dict by names, not {named!r}")
 
 
 def _points(nodes: np.ndarray | Sequence[Sequence[float]]) -> np.ndarray:
@@ -256,16 +256,16 @@ def _fluid(given: Matrix | None, ordered: Callable[[Matrix, str], sp.csr_matrix]
     return A
 
 
-def _turning_mass(M: sp.csr_matrix, names: tuple[str, ...]) -> bool:
-    """Return whether rotations of nodes have mass, or there are none."""
-    turning = np.isin(names, ROTATIONS)
-    return not turning.any() or bool(M.diagonal().reshape(-1, len(names))[:, turning].any())
-
-
-def _completed(model: FiniteElementModel, source: str) -> FiniteElementModel:
-    """Return a model with the inertia of a superelement, which is told to be estimated."""
+def _told(model: FiniteElementModel, share: float, source: str) -> FiniteElementModel:
+    """Return a model, told what of its inertia is estimated or not there; that of a superelement is completed."""
+    told: dict[str, Any] = {"estimated_inertia": share} if share else {}
+    turning = np.isin(model.components, ROTATIONS)
+    if not model.generalised:
+        tell_share(share, source)
+        if turning.any() and not model.mass.diagonal().reshape(-1, len(turning))[:, turning].any():
+            told["rotary_inertia"] = "none: waves of the length L in a section of thickness t are 1.6 (t/L)^2 too fast"
     if not model.generalised or model.mass_field is not None:
-        return model
+        return replace(model, provenance={**model.provenance, **told})
     share = estimated_part(model)
     warnings.warn(
         f"{source} is a superelement with {model.generalised} generalised coordinates: its mass, frequencies and "

@@ -22,7 +22,7 @@ from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel, 
 from kanefe.frames import numbers
 from kanefe.imports.following import with_following_rotations
 from kanefe.imports.from_matrices import BesideMatrices, model_from_matrices
-from kanefe.imports.nodal_inertia import NodalInertia, inertia_of_nodes
+from kanefe.imports.nodal_inertia import inertia_of_nodes
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.rigid_parts import LabelledField
 from kanefe.imports.self_check import Expected
@@ -152,30 +152,30 @@ def model_of_labelled(
     place = _placement(matrices, nodes, labels, np.unique(freedoms[:, 1]), modal)
     components = tuple(COMPONENTS[n - 1] for n in place.numbers[place.kept])
     placed = {what: in_si(place.of_matrix(m), components, units, len(modal)) for what, m in matrices.items()}
-    given = placed
-    placed, following, carried = with_following_rotations(points, components, placed, labels)
+    follows = with_following_rotations(points, components, placed, labels)
     beside: BesideMatrices = {**expected}
     if field is not None:
-        beside["mass_field"] = _mass_field(field, place, components, units, carried)
-    elif following.shape[0] and not len(modal):  # before turns were made to follow, matrices are those of elements
-        own, share = inertia_of_nodes(given["stiffness"], given["mass"], points, components)
-        beside["mass_field"] = NodalInertia(_moved(own, carried), share)
+        beside["mass_field"] = _mass_field(field, place, components, units, follows.carried)
+    elif follows.directions.shape[0] and not len(
+        modal
+    ):  # before turns were made to follow, matrices are those of elements
+        own = inertia_of_nodes(placed["stiffness"], placed["mass"], points, components)
+        beside["mass_field"] = own._replace(field=_moved(own.field, follows.carried))
     model = model_from_matrices(
-        placed["mass"],
-        placed["stiffness"],
+        follows.matrices["mass"],
+        follows.matrices["stiffness"],
         points,
         components=components,
-        damping=placed.get("damping"),
+        damping=follows.matrices.get("damping"),
         groups=_groups(nodes, groups, labels),
         generalised=len(modal),
         source=source,
         **beside,
     )
-    count = following.shape[0]
     return replace(
         model,
-        following=following if count else None,
-        provenance={**model.provenance, "units": str(units), "following_rotations": count},
+        following=follows.directions if follows.directions.shape[0] else None,
+        provenance={**model.provenance, "units": str(units), "following_rotations": follows.directions.shape[0]},
     )
 
 

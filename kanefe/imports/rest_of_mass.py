@@ -58,25 +58,34 @@ def with_rest(field: MassField, M: sp.csr_matrix, R: np.ndarray) -> MassField:
     rest.data[np.abs(rest.data) <= 1e-15 * abs(M).max()] = 0.0
     rest.eliminate_zeros()
 
-    # functions: those of the points; 1, X_0, X_1, X_2; three of each row that has a rest; three for P and P_0 each
-    affine = np.zeros((3, 4, M.shape[0]))
-    affine[:, 0] = moved[:3]
-    for a in range(3):
-        affine[:, 1 + a] = np.cross(moved[3:], np.eye(3)[a], axis=0)
     second = 0.5 * np.trace(rigid[3:, 3:]) * np.eye(3) - rigid[3:, 3:]
     first = -0.5 * axial(rigid[3:, :3])
     of_affine = np.block([[np.array([[rigid[0, 0]]]), first[None]], [first[:, None], 0.5 * (second + second.T)]])
-    r = np.column_stack((np.ones(len(field.points)), field.points - middle))
     rows = np.flatnonzero(np.diff(rest.indptr))
-    lone = sp.csr_matrix((np.ones(len(rows)), (np.arange(len(rows)), rows)), shape=(len(rows), M.shape[0]))
-    alone = sp.vstack((lone, sp.csr_matrix(momenta), sp.csr_matrix(before)))
+    own = sp.csr_matrix((np.ones(len(rows)), (np.arange(len(rows)), rows)), shape=(len(rows), M.shape[0]))
+    alone = sp.vstack((own, sp.csr_matrix(momenta), sp.csr_matrix(before)))
     third = sp.block_diag((rest[rows][:, rows], -inverse, inverse)) / 3.0
+    r = np.column_stack((np.ones(len(field.points)), field.points - middle))
+    return _beside(field, middle, _moves(moved, alone), sp.block_diag((of_affine, third, third, third)), r)
+
+
+def _moves(moved: np.ndarray, alone: sp.csr_matrix) -> list[sp.csr_matrix]:
+    """Return what functions move along each axis: 1 and X_a a rigid motion (6, N), others along one axis each."""
+    affine = np.zeros((3, 4, moved.shape[1]))
+    affine[:, 0] = moved[:3]
+    for a in range(3):
+        affine[:, 1 + a] = np.cross(moved[3:], np.eye(3)[a], axis=0)
     nothing = sp.csr_matrix(alone.shape)
-    moves = [
-        sp.vstack([sp.csr_matrix(affine[axis]), *(alone if a == axis else nothing for a in range(3))])
+    return [
+        sp.vstack([sp.csr_matrix(affine[axis]), *(alone if a == axis else nothing for a in range(3))]).tocsr()
         for axis in range(3)
     ]
-    gram = sp.block_diag((of_affine, third, third, third))
+
+
+def _beside(
+    field: MassField, middle: np.ndarray, moves: list[sp.csr_matrix], gram: sp.csr_matrix, r: np.ndarray
+) -> MassField:
+    """Return a field with further functions, the first of which are 1, X_0, X_1, X_2, of inner products `gram`."""
     count, extra = len(field.points), gram.shape[0]
     across = sp.hstack((sp.csr_matrix(field.mass @ r), sp.csr_matrix((count, extra - 4))))
     whole = sp.bmat([[field.mass, across], [across.T, gram]], format="csr")
@@ -87,7 +96,7 @@ def with_rest(field: MassField, M: sp.csr_matrix, R: np.ndarray) -> MassField:
     points = np.tile(middle, (count + extra + 1, 1))
     points[count + 1 : count + 4] += np.eye(3)
     beside = sp.vstack(moves).tocsr()[np.arange(3 * extra).reshape(3, extra).T.ravel()]
-    still = sp.csr_matrix((3, M.shape[0]))
+    still = sp.csr_matrix((3, beside.shape[1]))
     return MassField(
         points=points,
         mass=(change @ whole @ change.T).tocsr(),

@@ -28,7 +28,7 @@ NOISE = 1e-12
 """Entry of a mass matrix, relative to its largest, that counts as round-off wherever it is."""
 
 WIDTH = 6
-"""Components of a node in all matrices of this module."""
+"""Number of components of a node in all matrices of this module."""
 
 
 class LabelledField(NamedTuple):

@@ -38,7 +38,7 @@ ROOMS = {
     "kernels": 32010,
     "integrate": 11277,
     "linear": 10700,
-    "imports": 8473,
+    "imports": 8930,
     "kane": 844,
     "literal": 1587,
     "states": 957,
