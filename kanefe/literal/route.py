@@ -192,6 +192,10 @@ class LiteralRoute:
                 check_movable(state, model.rigid_contact(number))
         return started
 
+    def rates(self, t: float, y: Vector) -> Vector:
+        """Return dy/dt of a state without quadratures: see `evaluate`."""
+        return self.evaluate(t, y).rates[: len(y)]
+
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; near a singular position those of the nearest one whose loops are closed."""
         from kanefe.kane.assemble import accelerations, held_accelerations

@@ -203,8 +203,11 @@ class ModelData(PickledByFields):
         """Return free, driven and fixed speeds at time t (s) from the free ones; the fixed ones are zero."""
         if self.driven_count + self.fixed_count == 0:
             return u
-        driven = self.driven_speeds(t)[0] if self.drives else ()
-        return np.concatenate((u, driven, np.zeros(self.fixed_count)))
+        found = np.zeros(self.free_count + self.driven_count + self.fixed_count, dtype=u.dtype)
+        found[: self.free_count] = u
+        if self.drives:
+            found[self.free_count :][: self.driven_count] = self.driven_speeds(t)[0]
+        return found
 
     def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, u and z of a state that begins with them."""
@@ -341,7 +344,7 @@ class ModelData(PickledByFields):
                 found[body.flexible.eta, body.flexible.speeds] = np.eye(body.flexible.body.free_count)
         return found
 
-    @property
+    @cached_property
     def drives(self) -> tuple[tuple[Motion, str], ...]:
         """The motions of the driven coordinates with their names, in the order of the driven speeds."""
         return tuple((motion, of_body(b.name)) for b in self.bodies for motion in b.joint.motions if motion is not None)

@@ -159,6 +159,10 @@ class Evaluates(Protocol):
         """
         ...
 
+    def rates(self, t: float, y: Vector) -> Vector:
+        """Return dy/dt of a state without quadratures: see `evaluate`."""
+        ...
+
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free and the driven speeds at a state, shape (free + driven, free + driven)."""
         ...
