@@ -54,7 +54,7 @@ ROOMS = {
     "fe_model": 3084,
     "environment": 2836,
     "scene": 2816,
-    "reduction": 2890,
+    "reduction": 2935,
     "tree": 3165,
     "storage": 2304,
     "robots": 2214,
