@@ -22,7 +22,7 @@ from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel, 
 from kanefe.frames import numbers
 from kanefe.imports.following import with_following_rotations
 from kanefe.imports.from_matrices import BesideMatrices, model_from_matrices
-from kanefe.imports.nodal_inertia import inertia_of_nodes
+from kanefe.imports.nodal_inertia import NodalInertia, inertia_of_nodes
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.rigid_parts import LabelledField
 from kanefe.imports.self_check import Expected
@@ -156,11 +156,8 @@ def model_of_labelled(
     beside: BesideMatrices = {**expected}
     if field is not None:
         beside["mass_field"] = _mass_field(field, place, components, units, follows.carried)
-    elif follows.directions.shape[0] and not len(
-        modal
-    ):  # before turns were made to follow, matrices are those of elements
-        own = inertia_of_nodes(placed["stiffness"], placed["mass"], points, components)
-        beside["mass_field"] = own._replace(field=_moved(own.field, follows.carried))
+    elif follows.directions.shape[0] and not len(modal):
+        beside["mass_field"] = _inertia_before(placed, points, components, follows.carried)
     model = model_from_matrices(
         follows.matrices["mass"],
         follows.matrices["stiffness"],
@@ -177,6 +174,14 @@ def model_of_labelled(
         following=follows.directions if follows.directions.shape[0] else None,
         provenance={**model.provenance, "units": str(units), "following_rotations": follows.directions.shape[0]},
     )
+
+
+def _inertia_before(
+    matrices: Mapping[str, sp.csr_matrix], points: np.ndarray, components: tuple[str, ...], carried: sp.csr_matrix
+) -> NodalInertia:
+    """Return the inertia of matrices before turns were made to follow: they are those of elements."""
+    own = inertia_of_nodes(matrices["stiffness"], matrices["mass"], points, components)
+    return own._replace(field=_moved(own.field, carried))
 
 
 class _Placement(NamedTuple):
