@@ -91,7 +91,12 @@ def facets_at(
     surfaces = _surfaces(cells)
     solids = [block for block in cells if shape(block.kind).dimension == 3]
     found = _inside((*skin(solids), *surfaces), inside) or _inside(skin(surfaces), inside)
-    return found or _inside(_sides(surfaces), inside)
+    return found or sides_at(nodes, cells, place, label)
+
+
+def sides_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str) -> tuple[Cells, ...]:
+    """Return the sides of the cells of surfaces whose ends are in a place, each once; none if there are none."""
+    return _inside(_sides(_surfaces(cells)), contained(nodes, place, label))
 
 
 def _surfaces(cells: Sequence[Cells]) -> tuple[Cells, ...]:

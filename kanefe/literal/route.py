@@ -293,7 +293,9 @@ class LiteralRoute:
         """Return the power taken and given."""
         return powers(self.view(t, y), du)
 
-    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep_implicitly(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Refused: there are no sweeps."""
         raise TypeError("the literal route has no sweeps")
 

@@ -14,6 +14,7 @@ from kanefe.kernels.evaluation.evaluation import (
     IS_IMPLICIT,
     LEAST_PIVOT,
     SHARE_OF_DAMPING,
+    SHARE_OF_RATES,
     SHARE_OF_STIFFNESS,
 )
 from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE, STIFFNESS_DIRECTION
@@ -114,7 +115,8 @@ class RatesCall:
         self.run()
         return numbers[DONE_AS], numbers[LEAST_PIVOT]
 
-    def share(self, is_implicit: bool, damping: float, stiffness: float) -> None:
+    def share(self, is_implicit: bool, damping: float, stiffness: float, rates: float) -> None:
         """Let evaluations from now on be linearly implicit with these shares, or not."""
         self.call.places[IS_IMPLICIT] = is_implicit
-        self.numbers[SHARE_OF_DAMPING], self.numbers[SHARE_OF_STIFFNESS] = damping, stiffness
+        numbers = self.numbers
+        numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS], numbers[SHARE_OF_RATES] = damping, stiffness, rates

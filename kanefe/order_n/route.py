@@ -153,13 +153,16 @@ class OrderN(SceneInTables):
         kernel.give_back(call)
         return rates, weakest
 
-    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep_implicitly(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation: see `sweep`.
 
         That of the nearest closed state near a singular position, as in `evaluate`; where only loops hold something
         that has no inertia, the plain rates, which a linearly implicit method may use as well.
         """
-        weakest = self.sweep(t, vectors, share_damping, share_stiffness)
+        shares = share_damping, share_stiffness, share_of_rates
+        weakest = self.sweep(t, vectors, *shares)
         if weakest >= NEAR_SINGULAR:
             return weakest
         if weakest == 0.0:
@@ -167,11 +170,13 @@ class OrderN(SceneInTables):
         else:
             asked = vectors[AT].copy()
             vectors[AT] = self.projected(t, asked)
-            self.sweep(t, vectors, share_damping, share_stiffness)
+            self.sweep(t, vectors, *shares)
             vectors[AT] = asked
         return weakest
 
-    def sweep(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation to the second of four vectors; return the smallest pivot, see above.
 
         The first is the state; see `kanefe.kernels.sweeps.implicit` for the shares and for the other two, the pushes.
@@ -179,10 +184,10 @@ class OrderN(SceneInTables):
         kernel = self._rates_kernel(True)
         call = kernel.take()
         call.vectors[:] = vectors
-        call.share(True, share_damping, share_stiffness)
+        call.share(True, share_damping, share_stiffness, share_of_rates)
         weakest = self._sweep(call, t)
         vectors[SLOPE] = call.slope
-        call.share(False, 0.0, 0.0)
+        call.share(False, 0.0, 0.0, 0.0)
         kernel.give_back(call)
         return weakest
 
@@ -382,12 +387,9 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     if flexible:
         from kanefe.bodies.exact.inertia import BeamInertia
         from kanefe.bodies.mass_moments import MassMoments
-        from kanefe.bodies.wet_moments import WetMoments
 
         if not all(isinstance(terms.free_moments, (MassMoments, BeamInertia)) for terms in flexible):
             return (Obstacle("bodies in the nodal form", "models without a mass field"),)
-        if any(isinstance(terms.free_moments, WetMoments) for terms in flexible):
-            return (Obstacle("bodies with added mass", "a fluid around a body"),)
     for body in model.bodies:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)

@@ -164,8 +164,10 @@ class ModelData(PickledByFields):
         """Inertia along single speeds, of rotors behind gears, kg m2 or kg: (free + driven,)."""
         found = np.zeros(self.free_count + self.driven_count)
         for body in self.bodies:
+            found[body.speeds] = body.joint.armature
             for speed, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
-                found[speed] = 0.0 if force is None else force.armature
+                if force is not None:
+                    found[speed] = force.armature
         return found
 
     @property

@@ -298,7 +298,9 @@ class Route(Evaluates, Protocol):
         """Return the power dissipated and the power supplied at a state and accelerations du (free,), W, shape (2,)."""
         ...
 
-    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep_implicitly(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation to the rows of a method, for `Form.SWEEPS`; return the weakest pivot."""
         ...
 

@@ -179,8 +179,10 @@ def told(provenance: Mapping[str, Any]) -> list[str]:
         f"({found['t/L']['group']}), rotary inertia {100 * found['rotary inertia']:.2g} % of the inertia",
         f"{provenance['nodes on folds']} nodes on folds, {provenance['cells turned']} cells turned",
     ]
+    by_section: dict[str, list[str]] = {}
     for name, section in provenance.get("stiffeners", {}).items():
-        lines.append(f"stiffener {name}: {section}")
+        by_section.setdefault(section, []).append(name)
+    lines += [f"stiffener {', '.join(names)}: {section}" for section, names in by_section.items()]
     if "seams" in provenance:
         seams = provenance["seams"]
         lines.append(f"on solids: {seams['edges']} edges, {seams['cells']} cells")

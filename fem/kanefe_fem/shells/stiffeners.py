@@ -111,9 +111,7 @@ class StiffenerLines:
     def described(self) -> str:
         """What it is, for the record."""
         beside = np.linalg.norm(self.arms, axis=2)
-        return (
-            f"{self.stiffener.section!r}, {len(self.nodes)} lines, axis {beside.min():.4g} to {beside.max():.4g} m off"
-        )
+        return f"{self.stiffener.section!r}, axis {beside.min():.4g} to {beside.max():.4g} m off"
 
     def stations(self, purpose: str) -> list[_Station]:
         """Return the points of quadrature for "stiffness" or "mass"."""

@@ -109,3 +109,10 @@ def test_a_group_of_cells_is_an_interface():
     mesh = Mesh(PLATE.nodes, 2, parts)
     body = shell_body(mesh, dict.fromkeys(parts, STEEL), {"pad": "average"}, 2e-3, kf.CraigBampton(modes=3))
     np.testing.assert_allclose(body.interfaces[0].position, (0.125, 0.125, 0.0), atol=1e-12)
+
+
+def test_a_mesh_gets_groups_of_lines_between_its_cells():
+    mesh = PLATE.with_groups({"rib": kf.OnPlane((0.0, 0.25, 0.0), (0.0, 1.0, 0.0))})
+    (block,) = mesh.facets["rib"]
+    assert (block.kind, len(block.nodes)) == ("line3", 4)
+    np.testing.assert_allclose(mesh.nodes[block.nodes][..., 1], 0.25)
