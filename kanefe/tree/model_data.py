@@ -205,7 +205,8 @@ class ModelData(PickledByFields):
         """Return free, driven and fixed speeds at time t (s) from the free ones; the fixed ones are zero."""
         if self.driven_count + self.fixed_count == 0:
             return u
-        found = np.zeros(self.free_count + self.driven_count + self.fixed_count, dtype=u.dtype)
+        count = self.free_count + self.driven_count + self.fixed_count
+        found = np.zeros(count, dtype=np.result_type(u, float))  # the free ones may be whole or complex numbers
         found[: self.free_count] = u
         if self.drives:
             found[self.free_count :][: self.driven_count] = self.driven_speeds(t)[0]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import kanefe as kf
 import kanefe.reduction.build as reduction_body
@@ -11,6 +12,8 @@ from kanefe.fe_model.model import FiniteElementModel
 from kanefe.reduction import flexible_body
 from kanefe.unreduced.mass_solver import mass_solver
 from kanefe_fem import Material, shell_model, surface_mesh
+
+pytestmark = pytest.mark.fenicsx
 
 INTERFACES = {"root": "clamped", "tip": "average"}
 

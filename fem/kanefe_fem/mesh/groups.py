@@ -69,6 +69,14 @@ def check_interfaces(mesh: Mesh, interfaces: Mapping[str, Any], *, is_shell: boo
     separate_patches(bare, patches)
 
 
+def has_surfaces_beside(mesh: Mesh) -> bool:
+    """Return whether some facets of a mesh of volumes are not on these, but shells beside them."""
+    body = np.zeros(len(mesh.nodes), dtype=bool)
+    body[mesh.body_nodes] = True
+    facets = mesh.facets if mesh.dimension == 3 else {}
+    return any(not body[block.nodes].all() for blocks in facets.values() for block in blocks)
+
+
 def has_groups(model: FiniteElementModel, interfaces: Any) -> bool:
     """Return whether every interface is one group of the model or found by its place, so that no mesh is needed.
 

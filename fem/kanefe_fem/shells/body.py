@@ -172,7 +172,7 @@ def shell_model(
     if beams:
         model = with_stiffeners(model, stiffener_lines(mesh, beams, found, given))
     if of_solids is not None:
-        solid = solid_model(of_solids, {name: cast(Any, materials)[name] for name in of_solids.cells})
+        solid = solid_model(of_solids, {k: v for k, v in cast(Any, materials).items() if k in solids})
         model = with_solid(model, solid, seams_of(nodes, found, given, solid.nodes, skin(solid.cells)))
     model = replace(model, provenance={**model.provenance, "told": told(model.provenance)})
     return attach(model, lumped) if lumped else model
@@ -259,6 +259,12 @@ def _parts(
         raise MeshError(
             f"{mesh.source} has volumes, and a shell is a surface. Remedy: solid_body, or a mesh of the middle "
             "surface; for both in one body, a material for the groups of facets that are shells"
+        )
+    empty = [name for name in named if not any(len(block.nodes) for block in mesh.facets[name])]
+    if empty:
+        raise MeshError(
+            f"{mesh.source}: the group {empty[0]!r} of facets is empty: read_mesh(order=) leaves out what is not on "
+            "the volumes. Remedy: leave order out; shell_body makes cells of order 2"
         )
     surfaces = Mesh(
         nodes=mesh.nodes,

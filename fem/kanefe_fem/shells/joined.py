@@ -21,6 +21,7 @@ import scipy.sparse as sp
 
 from kanefe.fe_model.model import Cells, FiniteElementModel, MassField, NodeGroup, StressStiffness, fields_together
 from kanefe.fe_model.shapes import shape
+from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.seams import Seams
 from kanefe_fem.shells.stiffeners import StiffenerLines
 
@@ -171,8 +172,8 @@ def _constraints(seams: Seams, count: int, size: int, in_space: sp.csr_matrix) -
     own = np.zeros((len(seams.nodes), 6, 6))
     own[:, :3, 3:] = -np.cross(seams.arms[:, None, :], np.eye(3)[None]).swapaxes(1, 2)
     follows = sp.hstack((sp.csr_matrix((len(rows), 6 * count)), seams.follows @ in_space.T), format="csr")
-    held = at @ sp.block_diag(list(seams.held)) @ at.T
-    return held.tocsr(), (at @ (follows + sp.block_diag(list(own)) @ at.T)).tocsr()
+    held = at @ block_diagonal(seams.held) @ at.T
+    return held.tocsr(), (at @ (follows + block_diagonal(own) @ at.T)).tocsr()
 
 
 def _sizes(shell: FiniteElementModel, seams: Seams, size: int) -> np.ndarray:

@@ -22,6 +22,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import FACES, corner_kind, shape
 from kanefe.fe_model.skin import facet_of
 from kanefe_fem.mesh.closest import closest_points
+from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.directors import Directors
 from kanefe_fem.shells.problem import ShellCells
 
@@ -240,7 +241,7 @@ def _turns(tilt: sp.csr_matrix, normal: np.ndarray, place: np.ndarray, count: in
     """Return ``n x b`` of tilts b (3 nodes, solid's nodes) at their places, over displacements."""
     blocks = np.zeros((3, 3, 3))
     blocks[:, 0, 1], blocks[:, 0, 2], blocks[:, 1, 2] = -normal[:, 2], normal[:, 1], -normal[:, 0]
-    across = sp.block_diag(list(blocks - blocks.swapaxes(1, 2)), format="csr")
+    across = block_diagonal(blocks - blocks.swapaxes(1, 2))
     rows = across @ sp.kron(tilt, sp.identity(3), format="csr")
     return _spread(rows, (3 * place[:, None] + np.arange(3)).ravel(), 3 * count)
 

@@ -108,6 +108,21 @@ class StiffenerLines:
         return self.stiffener.section.mass_of(self.stiffener.material)
 
     @property
+    def section_stiffness(self) -> np.ndarray:
+        """Stiffness of the section as far as its foot holds it, shape (6, 6).
+
+        A rib beside the shell that is narrower than high turns about the shell's normal by itself above its foot: only
+        a height of the order of its width w is held. Its lateral shear V_y counts by ``(w / 2 h)^3``, up to 1, with
+        ``(w / h)^2 = EI_z / EI_y``; tied to the shell it would resist twist by ``G A e^2``, many times GJ.
+        """
+        D = self.stiffener.stiffness
+        if not self.arms.any():
+            return D
+        scale = np.ones(6)
+        scale[1] = np.sqrt(min(1.0, (D[5, 5] / D[4, 4] / 4.0) ** 1.5))
+        return np.asarray(scale[:, None] * D * scale)
+
+    @property
     def described(self) -> str:
         """What it is, for the record."""
         beside = np.linalg.norm(self.arms, axis=2)
@@ -130,7 +145,7 @@ class StiffenerLines:
 
     def stiffness(self, count: int) -> sp.csr_matrix:
         """Return K, shape (6 count, 6 count)."""
-        D, total = self.stiffener.stiffness, np.zeros((len(self.nodes), 18, 18))
+        D, total = self.section_stiffness, np.zeros((len(self.nodes), 18, 18))
         for at in self.stations("stiffness"):
             B = at.strains
             total += at.weight[:, None, None] * (B.swapaxes(1, 2) @ D @ B)
@@ -142,7 +157,7 @@ class StiffenerLines:
         ``N u_c'.v_c' + M_y (u_c'.c' + b'.v_c') - M_z (...)`` with the motions b and c of unit arms along local z and y,
         and ``N (I_y + I_z) / A`` of the twist.
         """
-        D, q = self.stiffener.stiffness, displacement[self._dofs]
+        D, q = self.section_stiffness, displacement[self._dofs]
         radius = (D[4, 4] + D[5, 5]) / D[0, 0]
         total = np.zeros((len(self.nodes), 18, 18))
         for at in self.stations("stiffness"):

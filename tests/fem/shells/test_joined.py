@@ -16,11 +16,14 @@ from kanefe_fem import (
     Section,
     Stiffener,
     box_mesh,
+    read_mesh,
     shell_body,
     shell_model,
     surface_mesh,
 )
 from kanefe_fem.verification.joined_shells import compliance, on_box, with_side
+
+pytestmark = pytest.mark.fenicsx
 
 PLAIN = Material(E=70e9, nu=0.0, rho=2700.0)  # without contraction, beams in closed form are exact
 LENGTH, WIDTH, THICK = 0.4, 0.05, 0.01
@@ -146,6 +149,34 @@ def test_what_does_not_meet_is_refused():
         shell_model(lying, materials, thickness)
     with pytest.raises(MeshError, match="a material for the groups of facets that are shells"):
         shell_model(apart, PLAIN, THICK)
+    with pytest.raises(ModelError, match="the group 'block' has no material"):
+        shell_model(half_and_half(), {"sheet": PLAIN}, thickness)
+    dropped = apart.with_order(2)
+    with pytest.raises(MeshError, match="'sheet' of facets is empty"):
+        shell_model(dropped, materials, thickness)
+
+
+@pytest.mark.gmsh
+def test_a_geometry_with_a_wall_on_a_block_is_read_with_both(tmp_path):
+    pytest.importorskip("gmsh")
+    source = tmp_path / "wall.geo"
+    source.write_text(
+        """SetFactory("OpenCASCADE");
+Box(1) = {-0.05, -0.03, -0.05, 0.1, 0.06, 0.05};
+Rectangle(100) = {0, -0.03, 0, 0.15, 0.06};
+Rotate {{0, 1, 0}, {0, 0, 0}, -Pi/2} { Surface{100}; }
+BooleanFragments{ Volume{1}; Delete; }{ Surface{100}; Delete; }
+Physical Volume("block") = {1};
+wall() = Surface In BoundingBox{-0.001, -0.031, -0.001, 0.001, 0.031, 0.151};
+Physical Surface("wall") = {wall()};
+Mesh.MeshSizeMax = 0.05;
+"""
+    )
+    materials, thickness = {"block": PLAIN, "wall": PLAIN}, {"wall": 4e-3}
+    for mesh in (read_mesh(source), read_mesh(source, order=2)):
+        model = shell_model(mesh, materials, thickness)
+        assert model.provenance["seams"]["edges"] > 0
+        check_rigid(model, 2700.0 * (0.1 * 0.06 * 0.05 + 0.15 * 0.06 * 4e-3))
 
 
 @pytest.mark.parametrize(

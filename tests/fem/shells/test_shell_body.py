@@ -131,6 +131,7 @@ def test_a_tube_from_gmsh_has_the_frequencies_of_its_refinement(tmp_path):
     assert body.frequencies[:4] == pytest.approx((33.378, 33.378, 35.583, 35.583), rel=0.05)
 
 
+@pytest.mark.fenicsx
 def test_a_pretwisted_blade_is_valid_as_far_as_a_flat_one():
     """Its inertia grows with one sign of the twist and falls with the other, which is no error."""
 

@@ -16,6 +16,8 @@ from kanefe_fem.shells.checks import check_surface
 from kanefe_fem.shells.measures import of_bending, shortest_wave
 from kanefe_fem.shells.sections import section
 
+pytestmark = pytest.mark.fenicsx
+
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 PLATE = surface_mesh(lambda s, r: (s, 0.5 * r, 0.0 * s), (4, 2))
 STATICS = kf.CraigBampton(modes=0)
