@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from kanefe_fem.segments.segmented import segmented as segmented
     from kanefe_fem.shells.body import shell_body as shell_body
     from kanefe_fem.shells.body import shell_model as shell_model
+    from kanefe_fem.shells.deck_properties import shell_properties as shell_properties
     from kanefe_fem.shells.faces import ShellFace as ShellFace
     from kanefe_fem.shells.stiffener import Stiffener as Stiffener
     from kanefe_fem.solids.body import solid_body as solid_body
