@@ -48,6 +48,8 @@ call("kanefe_fem.Material.viscoelastic", LOSSY.viscoelastic, band=(5.0, 500.0))
 call("kanefe_fem.prony_of_loss_factor", fem.prony_of_loss_factor, loss_factor=0.2, band=(5.0, 500.0))
 call("kanefe_fem.Ply", fem.Ply, material=STEEL, thickness=0.01, angle=0.1)
 call("kanefe_fem.Laminate", fem.Laminate, plies=[fem.Ply(STEEL, 0.01)], name="l")
+call("kanefe_fem.Strengths", fem.Strengths, Xt=1.5e9, Xc=1.2e9, Yt=5e7, Yc=2e8, S=7e7, interaction=-0.5)
+call("kanefe_fem.ShellFace", fem.ShellFace, side="bottom", of="body")
 call("kanefe_fem.Oriented", fem.Oriented, material=STEEL, axes=np.eye(3))
 
 
