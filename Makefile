@@ -38,7 +38,7 @@ stress: with-tests  ## all robustness cases in full (40 minutes; OPTIONS="--quic
 bench: with-tests   ## error against CPU time, and figures against goals and Exudyn (OPTIONS="--quick --peer --png FILE", "--figures")
 	@bash .ci/in-env .venv python tests/benchmarks/bench.py $(OPTIONS)
 
-bench-engine: with-tests  ## the engine's figures against Exudyn and Pinocchio (some minutes; OPTIONS="--quick --json FILE")
+bench-engine: with-tests  ## the engine's figures against Exudyn, Pinocchio and MuJoCo (some minutes; OPTIONS="--quick --json FILE")
 	@bash .ci/in-env .venv python tests/benchmarks/peer_engine.py $(OPTIONS)
 
 bench-fem: with-tests  ## the finite element side against Exudyn and dolfinx (some minutes; OPTIONS="--large --json FILE")

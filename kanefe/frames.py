@@ -77,6 +77,8 @@ def numbers(value: object) -> np.ndarray:
     Texts, booleans, complex numbers, decimals (floats do not calculate with them) and whole numbers beyond the range of
     floats are not converted.
     """
+    if type(value) is float:  # most are
+        return np.array(value)
     try:
         given = np.array(value)
         if given.dtype.kind == "O" and all(one is None or _is_real(one) for one in given.flat):

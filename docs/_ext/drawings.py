@@ -34,6 +34,8 @@ OWN = {
     "32_crank_from_cad": "crank_from_cad.png",
     "36_constrained_layer": "constrained_layer.png",
     "37_fan_blade_of_sheet": "fan_blade.png",
+    "38_stiffened_panel_that_slews": "stiffened_panel.png",
+    "39_folded_bracket": "folded_bracket.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

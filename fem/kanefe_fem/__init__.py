@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from kanefe_fem.segments.segmented import segmented as segmented
     from kanefe_fem.shells.body import shell_body as shell_body
     from kanefe_fem.shells.body import shell_model as shell_model
+    from kanefe_fem.shells.stiffener import Stiffener as Stiffener
     from kanefe_fem.solids.body import solid_body as solid_body
     from kanefe_fem.solids.body import solid_model as solid_model
     from kanefe_fem.solids.own_forms import Forms as Forms

@@ -13,6 +13,7 @@ from kanefe.errors import FileError, MeshError
 from kanefe.storage.files import regular_file
 from kanefe_fem.cad.geometry import GeometryKeywords, mesh_of_geometry
 from kanefe_fem.mesh.checks import check_arrays, check_mesh
+from kanefe_fem.mesh.groups import has_surfaces_beside
 from kanefe_fem.mesh.mesh import Mesh, part_of, to_order
 
 GMSH_SUFFIXES = (".msh", ".geo", ".py")
@@ -154,7 +155,9 @@ def read_mesh(
     mesh = mesh if cells is None else part_of(check_arrays(mesh), cells)
     is_frame = mesh.lines and not mesh.cells  # beams need no group of cells
     mesh = check_arrays(mesh) if is_frame else check_mesh(mesh)
-    return mesh if order is None or not mesh.cells else to_order(mesh, order)
+    if order is None or not mesh.cells or (mesh.order == order and has_surfaces_beside(mesh)):
+        return mesh
+    return to_order(mesh, order)
 
 
 def read_to_assemble(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | None = None) -> Mesh:

@@ -234,6 +234,10 @@ class FlexibleBody(PickledByFields):
             f"interfaces: {interfaces or 'none'})"
         )
 
+    def __str__(self) -> str:
+        """Return the representation, and what its maker tells of it."""
+        return "\n  ".join((repr(self), *self.provenance.get("told", ())))
+
     def _repr_html_(self) -> str:
         """Return the representation in notebooks."""
         return served("body_card")(self)

@@ -74,17 +74,18 @@ def rigid_mass(name: str, mass: float, inertia: object, com: Sequence[float]) ->
     if numbers(mass).shape != () or not (np.isfinite(numbers(mass)) and mass >= 0):
         raise ModelError(f"mass of body {name!r} must be finite and >= 0 kg, not {mass!r}")
     center = numbers(com)
-    if center.shape != (3,) or not np.all(np.isfinite(center)):
+    if center.shape != (3,) or not np.isfinite(center).all():
         raise ModelError(f"com of body {name!r} must be three finite numbers in m, not {com!r}")
     array = numbers(inertia)
-    if array.shape in ((), (3,)):
+    is_diagonal = array.shape in ((), (3,))
+    if is_diagonal:
         array = np.eye(3) * array
-    if array.shape != (3, 3) or not np.all(np.isfinite(array)):
+    if array.shape != (3, 3) or not np.isfinite(array).all():
         raise ModelError(f"inertia of body {name!r} must be one number, three or a 3 x 3 matrix, not {inertia!r}")
     largest = abs(array).max()
     if abs(array - array.T).max() > 1e-9 * largest:
         raise ModelError(f"inertia of body {name!r} is not symmetric. Remedy: pass 0.5 * (I + I.T) if that is meant")
-    moments = np.linalg.eigvalsh(array)
+    moments = sorted(array.diagonal().tolist()) if is_diagonal else np.linalg.eigvalsh(array).tolist()
     if moments[0] < -1e-12 * largest:
         raise ModelError(
             f"inertia of body {name!r} has a negative principal moment ({moments[0]:.6g} kg m2). "

@@ -39,6 +39,8 @@ class UnreducedBody(FlexibleBody):
         Factors of M (1/s) and K (s) in C; a given `damping` matrix is added.
     rigid_motions : ndarray, shape (k, rigid)
         M-orthonormal rigid motions of a floating body; no columns if the body is held.
+    massless : ndarray of int
+        Free coordinates without mass, which the others move statically.
     factorise : callable
         Factors a symmetric positive definite sparse matrix. It is not written to files.
     """
@@ -49,6 +51,7 @@ class UnreducedBody(FlexibleBody):
     moments: InertiaField  # type: ignore[assignment]
     damping_factors: tuple[float, float] = (0.0, 0.0)
     rigid_motions: np.ndarray = field(default_factory=lambda: np.zeros((0, 0)))
+    massless: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=int))
     factorise: Factorise = field(default=splu_factorise, metadata=NOT_SAVED)
 
     def __post_init__(self) -> None:

@@ -110,7 +110,7 @@ class Model(ModelData):
             If a speed has no inertia.
         """
         self._check(y)
-        return self.route.evaluate(t, y).rates[: len(y)]
+        return self.route.rates(t, y)
 
     def jacobian(self, t: float, y: Vector) -> Matrix:
         """Return d(dy/dt)/dy by complex steps, exact to round-off, shape (state, state).
@@ -205,10 +205,14 @@ class Model(ModelData):
         self._check(y)
         self.route.check_dense(what)
 
+    @cached_property
+    def _shape_of_state(self) -> tuple[int]:
+        return (self.coordinate_count + self.free_count + self.state_count,)
+
     def _check(self, y: Vector) -> None:
         """Raise a ModelError if a state has another shape."""
-        n, m, k = self.coordinate_count, self.free_count, self.state_count
-        if np.shape(y) != (n + m + k,):
+        if (y.shape if isinstance(y, np.ndarray) else np.shape(y)) != self._shape_of_state:
+            n, m, k = self.coordinate_count, self.free_count, self.state_count
             more = f" and {k} internal states" if k else ""
             raise ModelError(f"a state of this model has {n} coordinates and {m} speeds{more}, not shape {np.shape(y)}")
 

@@ -34,10 +34,11 @@ def check_planar_inertias(model: Model, t: float) -> None:
 @kept_of_scene
 def planar_bodies(model: ModelData) -> list[tuple[int, Vector]]:
     """Return the numbers of the bodies with inertia about one axis alone, and these axes in their frames."""
-    found = []
-    for number, body in enumerate(model.bodies):
-        if body.rigid is not None and not body.rigid.is_as_given:
-            moments, axes = np.linalg.eigh(body.rigid.inertia)
-            if moments[2] > 0.0 and moments[1] <= NO_MOMENT * moments[2]:
-                found.append((number, axes[:, 2]))
-    return found
+    rigid = [
+        (i, body.rigid.inertia) for i, body in enumerate(model.bodies) if body.rigid and not body.rigid.is_as_given
+    ]
+    if not rigid:
+        return []
+    moments, axes = np.linalg.eigh([inertia for _, inertia in rigid])
+    is_planar = (moments[:, 2] > 0.0) & (moments[:, 1] <= NO_MOMENT * moments[:, 2])
+    return [(rigid[k][0], axes[k, :, 2]) for k in np.flatnonzero(is_planar)]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from kanefe.literal.route import LiteralRoute
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
@@ -29,6 +31,14 @@ def directions_of_loads(model: ModelData) -> int:
     from kanefe.order_n.route import obstacles_of
 
     return 0 if model.has_unreduced or obstacles_of(model) else stiff_directions.directions_of_loads(model)
+
+
+def swept_arms(model: ModelData) -> dict[int, np.ndarray]:
+    """Return the arms of viscoelastic bodies that sweeps eliminate: see `kanefe.order_n.tables.arm_tables`."""
+    from kanefe.order_n.route import obstacles_of
+    from kanefe.order_n.tables import arm_tables
+
+    return {} if model.has_unreduced or obstacles_of(model) else arm_tables.swept_arms(model)
 
 
 def starting_route(model: ModelData) -> Route:

@@ -6,7 +6,7 @@ moving body is exact. It does not depend on the mesh generator or the finite-ele
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -101,6 +101,19 @@ class MassField:
         """Return the consistent mass matrix ``N^T (Ms (x) I3) N``, shape (N, N)."""
         kron = sp.kron(self.mass, sp.identity(3), format="csr")
         return (self.interpolation.T @ kron @ self.interpolation).tocsr()
+
+
+def fields_together(fields: Sequence[MassField]) -> MassField:
+    """Return the points of several mass fields over the same degrees of freedom as one."""
+    turns = [sp.csr_matrix(one.interpolation.shape) if one.turns is None else one.turns for one in fields]
+    arms = [np.zeros(one.points.shape) if one.arms is None else one.arms for one in fields]
+    return MassField(
+        points=np.concatenate([one.points for one in fields]),
+        mass=sp.block_diag([one.mass for one in fields], format="csr"),
+        interpolation=sp.vstack([one.interpolation for one in fields], format="csr"),
+        turns=sp.vstack(turns, format="csr"),
+        arms=np.concatenate(arms),
+    )
 
 
 class StressStiffness(Protocol):

@@ -123,7 +123,8 @@ def _directions(
         left_out[node] = np.hstack((left_out[node], kept[:, : np.sum(sizes > _SMALL)]))
         following[node] = _beside(left_out[node], following[node])
     owner = np.repeat(np.arange(count), [block.shape[1] for block in following])
-    return sp.block_diag(following, format="csc"), sp.block_diag(left_out, format="csc"), owner
+    kept, loose = (sp.block_diag([sp.csr_matrix(x) for x in own], format="csc") for own in (following, left_out))
+    return kept, loose, owner
 
 
 def _beside(basis: np.ndarray, columns: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.interface import Interface, as_interface
-from kanefe.fe_model.model import Cells, FiniteElementModel, NodeGroup
+from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel, NodeGroup
 from kanefe.fe_model.places import PlaceLike, contained
 from kanefe.fe_model.shapes import FACES, MIDS, corner_kind, row_numbers, shape, stretches
 
@@ -40,24 +40,29 @@ def with_places(
             continue
         group = name if name not in groups else f"{name} (by its place)"
         label = f"interface {name!r}"
-        groups[group] = group_at(model.nodes, model.cells, spec.at, label)
+        is_shell = set(COMPONENTS) <= set(model.components)
+        groups[group] = group_at(model.nodes, model.cells, spec.at, label, is_shell=is_shell)
         named[name] = replace(spec, at=None, groups=(group,))
     return replace(model, groups=groups), named
 
 
-def group_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str) -> NodeGroup:
+def group_at(
+    nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str, *, is_shell: bool = False
+) -> NodeGroup:
     """Return the nodes in a place as a group, with its measure if they are facets of the body's skin.
+
+    `is_shell`: cells of surfaces are shells, as for `facets_at`.
 
     Raises
     ------
     ModelError
         If there are none; `label` names their purpose.
     """
-    facets = facets_at(nodes, cells, place, label)
+    facets = facets_at(nodes, cells, place, label, is_shell=is_shell)
     if facets:
         return facet_group(nodes, facets)
     inside = contained(nodes, place, label)
-    outside = skin(cells)
+    outside = skin(cells) + (_surfaces(cells) if is_shell else ())
     if outside:
         on_skin = np.zeros(len(nodes), dtype=bool)
         for block in outside:
@@ -73,15 +78,51 @@ def group_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label:
     return NodeGroup(found, nodes[found].mean(axis=0))
 
 
-def facets_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str) -> tuple[Cells, ...]:
-    """Return the facets of the skin whose corners are all in a place; none if there are none."""
+def facets_at(
+    nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str, *, is_shell: bool = False
+) -> tuple[Cells, ...]:
+    """Return the facets of the skin whose corners are all in a place; none if there are none.
+
+    Of a shell the surface itself comes first, then its edges, then the lines between its cells.
+    """
     inside = contained(nodes, place, label)
-    blocks = []
-    for block in skin(cells):
+    if not is_shell:
+        return _inside(skin(cells), inside)
+    surfaces = _surfaces(cells)
+    solids = [block for block in cells if shape(block.kind).dimension == 3]
+    found = _inside((*skin(solids), *surfaces), inside) or _inside(skin(surfaces), inside)
+    return found or sides_at(nodes, cells, place, label)
+
+
+def sides_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str) -> tuple[Cells, ...]:
+    """Return the sides of the cells of surfaces whose ends are in a place, each once; none if there are none."""
+    return _inside(_sides(_surfaces(cells)), contained(nodes, place, label))
+
+
+def _surfaces(cells: Sequence[Cells]) -> tuple[Cells, ...]:
+    return tuple(block for block in cells if shape(block.kind).dimension == 2)
+
+
+def _sides(surfaces: Sequence[Cells]) -> tuple[Cells, ...]:
+    """Return the sides of all cells of surfaces, each once."""
+    found: dict[str, list[np.ndarray]] = {}
+    for block in surfaces:
+        for side in FACES[corner_kind(block.kind)]:
+            kind, columns = facet_of(block.kind, side)
+            found.setdefault(kind, []).append(block.nodes[:, list(columns)])
+    tables = {kind: np.concatenate(own) for kind, own in found.items()}
+    once = {kind: np.unique(np.sort(own[:, :2], axis=1), axis=0, return_index=True)[1] for kind, own in tables.items()}
+    return tuple(Cells(kind, own[once[kind]]) for kind, own in tables.items())
+
+
+def _inside(blocks: Sequence[Cells], inside: np.ndarray) -> tuple[Cells, ...]:
+    """Return the facets whose corners are all inside."""
+    found = []
+    for block in blocks:
         whole = inside[block.nodes[:, : shape(block.kind).corners]].all(axis=1)
         if whole.any():
-            blocks.append(Cells(block.kind, block.nodes[whole]))
-    return tuple(blocks)
+            found.append(Cells(block.kind, block.nodes[whole]))
+    return tuple(found)
 
 
 def skin(cells: Sequence[Cells]) -> tuple[Cells, ...]:

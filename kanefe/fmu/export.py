@@ -25,6 +25,7 @@ from kanefe.fmu.portable import without_python
 from kanefe.fmu.scene_source import scene_source
 from kanefe.fmu.serve import packed
 from kanefe.kernels.compiler.compiled_functions import content_of, linker
+from kanefe.linear.input_to_output import tell_of_losses
 from kanefe.linear.linearisation import Linearisation
 from kanefe.linear.unsettled import imbalance_in_words
 from kanefe.stepping.simulation import Simulation
@@ -122,6 +123,7 @@ def write_linear(small: Linearisation, path: str | Path, version: str) -> Path:
         If the file cannot be written.
     """
     folder = _checked(version)
+    tell_of_losses(small, "a unit")
     name = Path(path).stem
     matrices = [np.asarray(matrix, dtype=float) for matrix in (small.A, small.B, small.C, small.D)]
     lines = [c.numbers(f"MATRIX_{letter}", matrix) for letter, matrix in zip("ABCD", matrices, strict=True)]

@@ -173,7 +173,7 @@ class _Tables:
         if len(rates):
             self.evaluated = self.route.rates_call()
             self.evaluated.vectors[:] = 0.0
-            self.evaluated(0.0, False, (0.0, 0.0))  # not implicit, as the previous call may have been
+            self.evaluated(0.0)
             self.calls.append(self.evaluated.call)
 
     def _add_forces(self) -> None:

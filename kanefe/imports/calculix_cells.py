@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.fe_model.model import Cells, Elasticity, FiniteElementModel
+from kanefe.fe_model.moduli import isotropic
 from kanefe.fe_model.shapes import shape
 from kanefe.imports.abaqus_input import Keyword
 from kanefe.imports.abaqus_job import Job
@@ -66,7 +67,8 @@ def _elasticity(cells: Sequence[CellBlock], job: Job, units: Units) -> Elasticit
         if block.name in _SECTIONS and found is not None and named is not None:
             for piece in named.pieces:
                 of_cell[np.isin(elements, piece.labels)] = len(table)
-            table.append(_isotropic(found[0] * mass / length, found[1]))
+            E, nu = found[0] * mass / length, found[1]
+            table.append(isotropic(E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu)), E / (2.0 * (1.0 + nu))))
     if (of_cell < 0).any():
         return None
     return Elasticity(np.array(table), of_cell)
@@ -84,13 +86,4 @@ def _materials(blocks: Sequence[Keyword]) -> dict[str, tuple[float, float]]:
             values = [block.number(text, at) for text in fields[:2]]
             if len(values) == 2 and values[0] > 0.0 and -1.0 < values[1] < 0.5:
                 found[name] = (values[0], values[1])
-    return found
-
-
-def _isotropic(E: float, nu: float) -> np.ndarray:
-    """Return the stiffness (6, 6) to strains xx, yy, zz, yz, xz, xy with engineering shears."""
-    shear = E / (2.0 * (1.0 + nu))
-    lame = E * nu / ((1.0 + nu) * (1.0 - 2.0 * nu))
-    found = np.diag(np.repeat((2.0 * shear, shear), 3))
-    found[:3, :3] += lame
     return found

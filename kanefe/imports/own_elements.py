@@ -22,11 +22,11 @@ import scipy.sparse as sp
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import real_matrix
-from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField, NodeGroup, StressStiffness
+from kanefe.fe_model.geometric_stiffness import check_geometric_stiffness
+from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField, NodeGroup
 from kanefe.fe_model.skin import facet_group, skin
 from kanefe.frames import numbers
 from kanefe.imports.from_matrices import BesideMatrices, Matrix, model_from_matrices
-from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.self_check import Expected
 
 AS_THEY_ARE = ("components", "groups", "cells")
@@ -132,26 +132,8 @@ def model_from_elements(elements: FiniteElements, **more: Unpack[Checks]) -> Fin
     mass = None if elements.mass is None else ordered(elements.mass)
     options: BesideMatrices = {**beside, **more}  # type: ignore[typeddict-item]
     model = model_from_matrices(mass, ordered(elements.stiffness), nodes, source=source, **options)
-    if model.stress_stiffness is not None:
-        _check_geometric(model, model.stress_stiffness)
+    check_geometric_stiffness(model)
     return replace(model, groups={name: _weighted(model, group) for name, group in model.groups.items()})
-
-
-def _check_geometric(model: FiniteElementModel, stress_stiffness: StressStiffness) -> None:
-    """Raise a ModelError if a geometric stiffness is not symmetric or not linear in the displacement."""
-    w = 1e-3 * np.cos(np.arange(model.size)) * np.ptp(model.nodes, axis=0).max()
-    once, twice = real_matrix(stress_stiffness(w, None)), real_matrix(stress_stiffness(2.0 * w, None))
-    if once.shape != (model.size, model.size) or not np.all(np.isfinite(once.data)):
-        raise ModelError(
-            f"the geometric stiffness has shape {once.shape}, or is not finite. Remedy: ({model.size}, {model.size})"
-        )
-    uneven, bent = abs(once - once.T).max(), abs(twice - 2.0 * once).max()
-    if max(uneven, bent) > ROUND_OFF * abs(once).max():
-        raise ModelError(
-            f"the geometric stiffness is not {'symmetric' if uneven >= bent else 'linear in the displacement'} (by "
-            f"{max(uneven, bent) / abs(once).max():.2g} of its largest entry). Remedy: int grad(u) s(w) : grad(v) "
-            "with the linear stress s of w"
-        )
 
 
 def _weighted(model: FiniteElementModel, group: NodeGroup) -> NodeGroup:

@@ -68,10 +68,12 @@ class Dynamics:
         """Raise the error of a load or motion that gives no numbers at a state, or of forces that have no value."""
         self.route.check_functions(t, y)
 
-    def implicit_rate(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> None:
+    def implicit_rate(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> None:
         """Write a linearly implicit evaluation: see `Route.sweep_implicitly`."""
         self.evaluations += 1
-        self.weakest = self.route.sweep_implicitly(t, vectors, share_damping, share_stiffness)
+        self.weakest = self.route.sweep_implicitly(t, vectors, share_damping, share_stiffness, share_of_rates)
 
     def initial_state(self, start: float) -> Vector:
         """Return y at the start, consistent with the loops at that time (s)."""

@@ -40,6 +40,8 @@ AT_ONCE = 1e-9
 """Time difference, relative to the shortest sampling interval, below which samples are simultaneous, such as 3 times
 0.1 s and 15 times 0.02 s."""
 
+ROW = column(Sampled, "row")
+"""Column of the row of the log of a controller that is being sampled."""
 
 LEVELS = 2.0
 """Factor by which drives have to grow once more until they are looked at again."""
@@ -142,7 +144,7 @@ class Sampler:
             self._empty()
         else:
             one, samples = self._controllers[asked], self.samples
-            row = samples.log[controllers_of(samples)[asked].row]
+            row = samples.log[samples.controllers[asked, ROW]]
             if one.readers:
                 state = _SeenOnce(self._model, t, y.copy())
                 row[VALUES : VALUES + one.reads] = [read(t, y, state) for read in one.readers]
@@ -159,7 +161,7 @@ class Sampler:
     def _empty(self) -> None:
         """Take what is in the log."""
         samples, progress = self.samples, self._progress
-        count, own_rows = progress.logged, samples.controllers[:, column(Sampled, "row")]
+        count, own_rows = progress.logged, samples.controllers[:, ROW]
         done = int(own_rows[own_rows >= 0].min(initial=count)) if self.is_asking else count
         if progress.acted and self.keeps_instants:
             self._instants.append(samples.acted[: progress.acted].copy())
@@ -276,7 +278,9 @@ class _Sampled:
             text = f"{type(error).__name__}: {error} at t = {t:.6g} s"  # it has no line in Python
             raise ModelError(f"the compiled function of controller {controller.name!r} raised {text}") from error
         plain = given if type(given) is tuple else (given,)
-        if len(plain) == self._drives and all(type(x) is float and math.isfinite(x) for x in plain):  # the usual case
+        if len(plain) == self._drives and all(
+            isinstance(x, float) and math.isfinite(x) for x in plain
+        ):  # the usual case
             return plain
         try:
             values = np.atleast_1d(np.asarray(given, dtype=float))

@@ -41,6 +41,8 @@ class Joint(ABC):
         None: the joint has no such rotation.
     holds_floating : bool
         Whether it can hold a flexible body without an interface fixed in its frame.
+    armature : float
+        Inertia of rotors against each of its speeds alone, of joints without forces along single coordinates.
     friction : JointFriction or None
         Friction proportional to the load of the joint, which then has a `bearing`.
 
@@ -75,6 +77,7 @@ class Joint(ABC):
     speed_names: ClassVar[tuple[str, ...]] = ()
     rotation_at: ClassVar[int | None] = None
     holds_floating: ClassVar[bool] = False
+    armature: float = 0.0
     friction: JointFriction | None = None
 
     def __new__(cls, *given: Any, **named: Any) -> Self:

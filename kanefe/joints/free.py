@@ -44,6 +44,9 @@ class Free(Joint):
         state. The driving force is in `Result.joint_reaction`, its power in `Result.driving_force`, in W.
     forces : None
         Not possible along the coordinates of this joint: an error names the remedy.
+    armature : float
+        Inertia against each of its accelerations, kg and kg m2, without weight and momentum: MuJoCo's, of a body on the
+        ground.
 
     Raises
     ------
@@ -67,6 +70,7 @@ class Free(Joint):
     angular_velocity: Starts = None
     motion: GivenPose | None = None
     forces: None = None
+    armature: float = 0.0
 
     rotation_at: ClassVar[int | None] = 3
     holds_floating: ClassVar[bool] = True

@@ -9,7 +9,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.frames import Matrix, Vector
+from kanefe.frames import Matrix, Vector, shaped_numbers
 from kanefe.joints.base import Joint
 from kanefe.joints.link import Link, LinkKernel
 from kanefe.joints.motion import Motion
@@ -144,8 +144,13 @@ def check_drive(joint: Joint, motion: object, starts: tuple[str, ...], *, moves:
     moves : bool
         Whether the joint allows translations.
     """
+    what = f"armature of a {joint.kind} joint"
+    if shaped_numbers(joint.armature, (), what) < 0.0:
+        raise ModelError(f"{what} must be >= 0, not {joint.armature!r}")
     if motion is None:
         return
+    if joint.armature:
+        raise ModelError(f"{what} would only add to the moment that drives it. Remedy: leave one of them out")
     what = f"the motion of a {joint.kind} joint"
     if not isinstance(motion, GivenPose):
         raise ModelError(

@@ -45,6 +45,9 @@ class Spherical(Joint):
         Not possible along the coordinates of this joint: an error names the remedy.
     friction : JointFriction, optional
         Friction from the load of the joint.
+    armature : float
+        Inertia of rotors that turn with the joint, kg m2, against its angular acceleration about each axis: see
+        `CoordinateForce`. It is MuJoCo's.
 
     Raises
     ------
@@ -58,6 +61,7 @@ class Spherical(Joint):
     motion: GivenPose | None = None
     forces: None = None
     friction: JointFriction | None = None
+    armature: float = 0.0
 
     rotation_at: ClassVar[int | None] = 0
     coordinate_names: ClassVar[tuple[str, ...]] = ("e0", "e1", "e2", "e3")

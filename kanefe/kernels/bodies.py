@@ -9,8 +9,8 @@ from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start, Values
-from kanefe.kernels.values.tensors import Symmetric, Vector
+from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start, Table, Values
+from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector
 
 
 class ModalCoordinates(Record, is_frozen=True):
@@ -30,6 +30,19 @@ class ModalCoordinates(Record, is_frozen=True):
 
 class AllModalCoordinates(Rows[ModalCoordinates]):
     """Those of all flexible bodies: of `FlexibleTables.bodies`."""
+
+
+class Arm(Record):
+    """A spring and a damper in series along a mode, whose state z follows ``dz/dt = rate (pull eta - z)``."""
+
+    mode: float
+    state: float
+    pull: float
+    rate: float
+
+
+class Arms(Rows[Arm]):
+    """The arms of a body."""
 
 
 class ModalBody(ModalCoordinates):
@@ -74,6 +87,14 @@ class ModalBody(ModalCoordinates):
     bending : int
     bent : ndarray, shape (9, k)
         Workspace of these.
+    wet : int
+        -1: there is no fluid around it.
+    fluid_mass, fluid_lever, fluid_inertia : Symmetric, Matrix, Symmetric
+        Added mass of G, see `kanefe.kernels.sweeps.fluid`: H of its M, H, J.
+    fluid_linear, fluid_angular : Values
+        That between the motion of G and the modes.
+    arm_count, springs, arms : int, int, Arms
+        Arms of a viscoelastic body that pull on one mode each.
     carried, carried_count : int
         First of its interfaces that carry something, in `FlexibleTables.carrying`, and how many they are.
     is_exact : bool
@@ -110,6 +131,15 @@ class ModalBody(ModalCoordinates):
     quadratic: Annotated[np.ndarray, Array("k", "6k")]
     bending: Annotated[int, Start("modal")]
     bent: Annotated[np.ndarray, Array(9, "k")]
+    wet: Annotated[int, Start("pool")]
+    fluid_mass: Annotated[Symmetric, One(Symmetric)]
+    fluid_lever: Annotated[Matrix, One(Matrix)]
+    fluid_inertia: Annotated[Symmetric, One(Symmetric)]
+    fluid_linear: Annotated[Values, Many(Vector, "k")]
+    fluid_angular: Annotated[Values, Many(Vector, "k")]
+    arm_count: int
+    springs: Annotated[int, Start("pool")]
+    arms: Annotated[Arms, Table(Arms, "arm_count", Arm.number_count)]
     carried: int
     carried_count: int
     is_exact: bool

@@ -59,7 +59,7 @@ class Link(Record, is_frozen=True):
     along, about : float
         Travel along z and turn about z of a unit of the coordinate.
     armature : float
-        Inertia against the relative acceleration of the coordinate alone, of a rotor behind a gear.
+        Inertia against the acceleration of each speed alone, of a rotor behind a gear.
     """
 
     parent: int
@@ -207,7 +207,7 @@ class BallFrame(Frame):
     Attributes
     ----------
     turning : Symmetric
-        Inverse of J.
+        Inverse of J, with the armature.
     """
 
     turning: Symmetric
@@ -219,7 +219,7 @@ class FreeFrame(Frame):
     Attributes
     ----------
     moving : Symmetric
-        Inverse of M.
+        Inverse of M, with the armature.
     turning : Symmetric
         Inverse of what resists turning while the body gives way, J - H^T M^-1 H.
     """

@@ -9,7 +9,7 @@ import scipy.linalg
 
 from kanefe.errors import MissingDependency, ModelError
 from kanefe.frames import Matrix
-from kanefe.linear.input_to_output import channels_of, residues
+from kanefe.linear.input_to_output import channels_of, residues, tell_of_losses
 from kanefe.linear.state_space import StateSpace
 
 try:
@@ -42,6 +42,7 @@ def _plain(names: Names) -> list[str]:
 
 def state_space(linearisation: StateSpace) -> Any:
     """Return a `control.StateSpace` with names."""
+    tell_of_losses(linearisation, "a state space")
     return control.ss(
         linearisation.A,
         linearisation.B,

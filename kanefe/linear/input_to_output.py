@@ -12,6 +12,7 @@ from scipy.optimize import brentq
 
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix
+from kanefe.integrate.run_checks.structural_damping import warn_of_structural_damping
 from kanefe.linear.frequency_response import place_of
 from kanefe.linear.modes.eigenpairs import eigenpairs, rate_weights
 from kanefe.linear.modes.eigenvalues import growth_noise
@@ -96,8 +97,15 @@ class Margins:
         )
 
 
+def tell_of_losses(of: StateSpace, what: str) -> None:
+    """Warn that what is made of A, B, C, D goes without loss factors, which are no states."""
+    if of.structural is not None:
+        warn_of_structural_damping(of.small.model, what)
+
+
 def channels_of(of: StateSpace, output: str | None = None, input: str | None = None) -> ScaledSystem:
     """Return the system of one output and one input, or of all of them, without drives that no input moves."""
+    tell_of_losses(of, "a norm, a margin or a modal form")
     rows = slice(None) if output is None else [place_of(of.output_names, output, "output")]
     columns = slice(None) if input is None else [place_of(of.input_names, input, "input")]
     B, positions, drives = of.B[:, columns], of.position_count, len(of.small.drives)

@@ -192,6 +192,10 @@ class LiteralRoute:
                 check_movable(state, model.rigid_contact(number))
         return started
 
+    def rates(self, t: float, y: Vector) -> Vector:
+        """Return dy/dt of a state without quadratures: see `evaluate`."""
+        return self.evaluate(t, y).rates[: len(y)]
+
     def evaluate(self, t: float, y: Vector) -> Evaluation:
         """Return the rates at a state; near a singular position those of the nearest one whose loops are closed."""
         from kanefe.kane.assemble import accelerations, held_accelerations
@@ -289,7 +293,9 @@ class LiteralRoute:
         """Return the power taken and given."""
         return powers(self.view(t, y), du)
 
-    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep_implicitly(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Refused: there are no sweeps."""
         raise TypeError("the literal route has no sweeps")
 

@@ -119,8 +119,9 @@ class CompiledRun:
         else:
             call.give(run)
         step, progress = step_of(run), progress_of(samples)
+        state = step.state  # once: its place in the memory of the method is computed by name
         while (command := call()) == Command.SAMPLE and not progress.is_alarmed:
-            sampler.answer(float(step.time), step.state)
+            sampler.answer(float(step.time), state)
         return self._explained(command, run)
 
     def _begun(self, run: Run) -> Call:

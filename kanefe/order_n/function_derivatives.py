@@ -14,8 +14,6 @@ if TYPE_CHECKING:
     from kanefe.order_n.rates_kernel import RatesKernel
     from kanefe.tree.scene_state import SceneState
 
-NOT_IMPLICIT = 0.0, 0.0
-
 
 def add_functions(
     found: Matrix,
@@ -97,7 +95,7 @@ def _rates_with(route: Evaluated, kernel: RatesKernel, t: float, y: Vector, valu
     found = np.empty((len(values), len(y)))
     for row, own in zip(found, values, strict=True):
         call.inputs[:] = own
-        call(t, False, NOT_IMPLICIT)
+        call(t)
         row[:] = call.slope
     call.inputs[:] = route.inputs.constants
     kernel.give_back(call)

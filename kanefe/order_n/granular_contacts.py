@@ -33,6 +33,7 @@ def lacking(model: ModelData) -> str:
         ("loops", bool(model.constraints)),
         ("controllers", bool(model.controllers)),
         ("driven joints", model.driven_count > 0),
+        ("armatures of joints", bool(model.armatures.any())),
     ):
         if is_there:
             return what

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 import numpy as np
 
+from kanefe.frames import Vector
 from kanefe.kernels.compiler.entries import Bound, Call
+from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import (
     ASKED,
     AT_TIME,
+    DONE_AS,
     IS_IMPLICIT,
+    LEAST_PIVOT,
     SHARE_OF_DAMPING,
+    SHARE_OF_RATES,
     SHARE_OF_STIFFNESS,
 )
-from kanefe.kernels.steppers.step_commands import AT, SLOPE, STIFFNESS_DIRECTION
+from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE, STIFFNESS_DIRECTION
+from kanefe.tree.model_data import QUADRATURES
 
 
 class RatesKernel:
@@ -56,6 +62,20 @@ class RatesKernel:
         except IndexError:
             return self.new_call()
 
+    def rates(self, t: float, y: Vector) -> Vector | None:
+        """Return dy/dt of a state without quadratures, of a scene that nothing drives; None where it is not regular."""
+        try:  # a small scene takes as long as a handful of calls in Python: this makes few
+            call = self._idle.pop()
+        except IndexError:
+            call = self.new_call()
+        call.state[...] = y
+        numbers = call.numbers
+        numbers[AT_TIME] = t
+        call.run()
+        found = call.rates.copy()
+        self._idle.append(call)
+        return found if numbers[DONE_AS] == RATES and numbers[LEAST_PIVOT] >= NEAR_SINGULAR else None
+
     def new_call(self) -> RatesCall:
         """Return a call that its user keeps."""
         vectors = np.zeros((STIFFNESS_DIRECTION + 1, self._state_size))
@@ -71,20 +91,32 @@ class RatesCall:
         The state, its rates and the pushes of a linearly implicit evaluation.
     at, slope : ndarray, shape (state,)
         The first two of them.
+    state, rates : ndarray, shape (state - 2,)
+        Of these, what is not a quadrature.
     drives : ndarray, shape (driven, 3)
     inputs : ndarray
         Values of loads; those that never change are written.
     call : Call
+    run, numbers
+        Those of the call.
     """
 
     def __init__(self, kernel: RatesKernel, vectors: np.ndarray, drives: np.ndarray, inputs: np.ndarray) -> None:
         self.vectors, self.at, self.slope = vectors, vectors[AT], vectors[SLOPE]
+        self.state, self.rates = self.at[:-QUADRATURES], self.slope[:-QUADRATURES]
         self.drives, self.inputs = drives, inputs
         self.call = kernel.prepared(drives, inputs, vectors, np.empty(kernel.memory_size))
+        self.run, self.numbers = self.call.run, self.call.numbers
 
-    def __call__(self, t: float, is_implicit: bool, shares: tuple[float, float]) -> tuple[int, float]:
+    def __call__(self, t: float) -> tuple[float, float]:
         """Evaluate the rates at a time, s; return how it ended and the smallest pivot of the constraints."""
-        call = self.call
-        call.places[IS_IMPLICIT], call.numbers[AT_TIME] = is_implicit, t
-        call.numbers[SHARE_OF_DAMPING], call.numbers[SHARE_OF_STIFFNESS] = shares
-        return call()  # type: ignore[no-any-return]
+        numbers = self.numbers
+        numbers[AT_TIME] = t
+        self.run()
+        return numbers[DONE_AS], numbers[LEAST_PIVOT]
+
+    def share(self, is_implicit: bool, damping: float, stiffness: float, rates: float) -> None:
+        """Let evaluations from now on be linearly implicit with these shares, or not."""
+        self.call.places[IS_IMPLICIT] = is_implicit
+        numbers = self.numbers
+        numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS], numbers[SHARE_OF_RATES] = damping, stiffness, rates

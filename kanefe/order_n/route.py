@@ -47,9 +47,6 @@ NEAR_PARADOX = 1e-2
 """Fraction that friction leaves of what a normal force does, below which a run that finds no step has come to
 Painleve's paradox."""
 
-NOT_IMPLICIT = 0.0, 0.0
-"""Implicit fractions of an evaluation that is not linearly implicit."""
-
 
 class OrderN(SceneInTables):
     """The equations of motion of a model in order n.
@@ -134,6 +131,11 @@ class OrderN(SceneInTables):
             return Evaluation(self.held_rates(t, self.projected(t, y))[0], weakest)
         return super().evaluate(t, y)._replace(is_own=False)
 
+    def rates(self, t: float, y: Vector) -> Vector:
+        """Return dy/dt of a state without quadratures."""
+        found = self._rates_kernel(False).rates(t, y) if self._is_plain else None
+        return super().rates(t, y) if found is None else found
+
     def held_rates(self, t: float, y: Vector) -> tuple[Vector, float]:
         """Return dy/dt, and the smallest pivot of the constraints: near zero they are better left to the literal route.
 
@@ -146,18 +148,21 @@ class OrderN(SceneInTables):
         call = kernel.take()
         call.at[: len(y)] = y
         call.at[len(y) :] = 0.0
-        weakest = self._sweep(call, t, False, NOT_IMPLICIT)
+        weakest = self._sweep(call, t)
         rates = call.slope.copy()
         kernel.give_back(call)
         return rates, weakest
 
-    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep_implicitly(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation: see `sweep`.
 
         That of the nearest closed state near a singular position, as in `evaluate`; where only loops hold something
         that has no inertia, the plain rates, which a linearly implicit method may use as well.
         """
-        weakest = self.sweep(t, vectors, share_damping, share_stiffness)
+        shares = share_damping, share_stiffness, share_of_rates
+        weakest = self.sweep(t, vectors, *shares)
         if weakest >= NEAR_SINGULAR:
             return weakest
         if weakest == 0.0:
@@ -165,11 +170,13 @@ class OrderN(SceneInTables):
         else:
             asked = vectors[AT].copy()
             vectors[AT] = self.projected(t, asked)
-            self.sweep(t, vectors, share_damping, share_stiffness)
+            self.sweep(t, vectors, *shares)
             vectors[AT] = asked
         return weakest
 
-    def sweep(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation to the second of four vectors; return the smallest pivot, see above.
 
         The first is the state; see `kanefe.kernels.sweeps.implicit` for the shares and for the other two, the pushes.
@@ -177,17 +184,19 @@ class OrderN(SceneInTables):
         kernel = self._rates_kernel(True)
         call = kernel.take()
         call.vectors[:] = vectors
-        weakest = self._sweep(call, t, True, (share_damping, share_stiffness))
+        call.share(True, share_damping, share_stiffness, share_of_rates)
+        weakest = self._sweep(call, t)
         vectors[SLOPE] = call.slope
+        call.share(False, 0.0, 0.0, 0.0)
         kernel.give_back(call)
         return weakest
 
-    def _sweep(self, call: RatesCall, t: float, is_implicit: bool, shares: tuple[float, float]) -> float:
+    def _sweep(self, call: RatesCall, t: float) -> float:
         if not self._inputs_stay:
             call.inputs[:] = self.values(t, call.at.copy())  # functions of the user may keep what they see
         if self._drives:
             call.drives[:] = self.drives(t)
-        done, weakest = call(t, is_implicit, shares)
+        done, weakest = call(t)
         if done == NO_INERTIA:
             if self.has_loops:  # what has no inertia by itself may be held by a loop
                 return 0.0
@@ -378,12 +387,9 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
     if flexible:
         from kanefe.bodies.exact.inertia import BeamInertia
         from kanefe.bodies.mass_moments import MassMoments
-        from kanefe.bodies.wet_moments import WetMoments
 
         if not all(isinstance(terms.free_moments, (MassMoments, BeamInertia)) for terms in flexible):
             return (Obstacle("bodies in the nodal form", "matrices of nodes that rotate"),)
-        if any(isinstance(terms.free_moments, WetMoments) for terms in flexible):
-            return (Obstacle("bodies with added mass", "a fluid around a body"),)
     for body in model.bodies:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)

@@ -54,6 +54,7 @@ class SceneInTables(LiteralRoute):
         self._inputs_stay = self.inputs.is_constant and not self.inputs.held
         self.fill = filler(tuple(self.inputs.compiled()))
         self._drives = model.drives
+        self._is_plain = self._inputs_stay and not self._drives
         self.motion_tables = drive_tables(model)
 
     @property

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from kanefe.bodies.marker import CoordinateMarker
 from kanefe.loads.base import Load
+from kanefe.order_n.tables.arm_tables import swept_arms
 from kanefe.order_n.tables.drive_tables import drive_tables
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.order_n.tables.load_points import body_of_points
@@ -16,11 +17,13 @@ def directions_of_loads(model: ModelData) -> int:
     A direction takes a sweep of forces, an unknown of the matrix a column by an evaluation, and the systems to be
     factorised have one or the other number of unknowns: with fewer directions than unknowns all is less. The only way
     it is for loads that are Python functions or follow the reaction of a joint, points of flexible bodies, and loops.
+    Arms that are part of the sweeps are not counted.
     """
     is_compiled = not InputLayout(model).calls_python and drive_tables(model) is not None
-    if not is_compiled or model.is_constrained or model.bearings or not all(map(_has_tangents, model.loads)):
+    loads = [load for number, load in enumerate(model.loads) if number not in swept_arms(model)]
+    if not is_compiled or model.is_constrained or model.bearings or not all(map(_has_tangents, loads)):
         return 0
-    directions = sum(map(_directions_of, model.loads))
+    directions = sum(map(_directions_of, loads))
     return directions if directions < model.free_count + model.state_count else 0
 
 

@@ -15,7 +15,6 @@ from kanefe.frames import (
     euler_parameters_from_matrix,
     multiply,
 )
-from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.evaluation.momenta import Balance
 from kanefe.kernels.evaluation.replay import STATE_OF, TIME_OF, between_states, revisit
 from kanefe.kernels.loads.telling import States
@@ -34,9 +33,6 @@ from kanefe.tree.run_sweeps import FrameMotions, OutputFunction
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import InterfaceFrame
-
-MOST_NUMBERS = 2**16
-"""Number of numbers of motions that are found at once: as many as processors keep near."""
 
 
 class Sweeps:
@@ -84,16 +80,10 @@ class Sweeps:
         return self._motions(np.ascontiguousarray(self.rates[:, n : n + m]), 24)
 
     def _motions(self, rates: np.ndarray, width: int) -> np.ndarray:
-        """Return how all rows move, (rows, T, width): what is read of a row at all times lies side by side."""
-        scene, T = self.placed[1], len(self._times)
-        rows = len(scene.tables.rows)
-        put = motions_of_rows.bound(scene, *(LATER,) * 4, np.empty(memory_size(scene)))
-        found, count = np.empty((rows, T, width)), 1 + MOST_NUMBERS // (1 + rows * width)
-        of_states = np.empty((min(count, T), rows, width))
-        for first in range(0, T, count):
-            now = slice(first, min(first + count, T))
-            put(self._drives[now], self._states[now], rates[now], of_states[: now.stop - first])
-            found[:, now] = of_states[: now.stop - first].swapaxes(0, 1)
+        """Return how all rows move, (T, rows, width)."""
+        scene = self.placed[1]
+        found = np.empty((len(self._times), len(scene.tables.rows), width))
+        motions_of_rows(scene, self._drives, self._states, rates, found, np.empty(memory_size(scene)))
         return found
 
     def frame(self, number: int, interface: InterfaceFrame | None, is_accelerated: bool = False) -> FrameMotions:
@@ -118,8 +108,8 @@ class Sweeps:
         return FrameMotions(p, (rows @ frame_offset.axes).reshape(T, 3, 3), v, w, a, alpha)
 
     def _row(self, row: int, is_accelerated: bool = False) -> FrameMotions:
-        """Return the motion of a row: places of what the kernel has written; axes alone are copied."""
-        x = (self._accelerated if is_accelerated else self._moving)[row]
+        """Return the motion of a row; what is read of it at all times lies side by side."""
+        x = np.ascontiguousarray((self._accelerated if is_accelerated else self._moving)[:, row])
         a, alpha = (x[:, 18:21], x[:, 21:24]) if is_accelerated else (None, None)
         return FrameMotions(x[:, :3], x[:, 3:12].reshape(-1, 3, 3), x[:, 12:15], x[:, 15:18], a, alpha)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -38,10 +37,13 @@ class SweptState(SceneState):
     def __init__(self, kernel: MotionsKernel, t: float, y: Vector) -> None:
         super().__init__(kernel.route.model, t, *kernel.route.parts(y))
         self._kernel, self._y = kernel, y
+        self._swept: np.ndarray | None = None
 
-    @cached_property
+    @property
     def _rows(self) -> np.ndarray:
-        return self._kernel.rows(self.time, self._y)
+        if self._swept is None:  # the lock of a cached property takes longer than this
+            self._swept = self._kernel.rows(self.time, self._y)
+        return self._swept
 
     @property
     def frames(self) -> list[Placed]:
@@ -68,9 +70,9 @@ class SweptState(SceneState):
     def _found(self, number: int, name: str, interface: str) -> End:
         if not interface:
             return self._kernel.end(self._rows, number, None)
-        frame = self.model.flexible_terms(name).body.interface(interface)
-        p, A, v, w = self._kernel.end(self._rows, number, frame)
-        return End(p, A @ frame.axes, v, w)
+        frame, is_turned = self._kernel.interface(number, interface)
+        end = self._kernel.end(self._rows, number, frame)
+        return end._replace(A=end.A @ frame.axes) if is_turned else end
 
 
 def _placed(end: End) -> Placed:
@@ -88,6 +90,7 @@ class MotionsKernel:
     def __init__(self, route: Evaluated) -> None:
         self.route = route
         self._idle: list[_MotionsCall] = []
+        self._interfaces: dict[tuple[int, str], tuple[InterfaceFrame, bool]] = {}
 
     def rows(self, t: float, y: Vector) -> np.ndarray:
         """Return position, axes, velocity and angular velocity of all rows in N at a state, (rows, 18)."""
@@ -98,6 +101,15 @@ class MotionsKernel:
             call = _MotionsCall(self.route)
         found = call(drives, y)
         self._idle.append(call)
+        return found
+
+    def interface(self, number: int, name: str) -> tuple[InterfaceFrame, bool]:
+        """Return an interface of a flexible body, and whether its axes are others than those of G turned with it."""
+        found = self._interfaces.get((number, name))
+        if found is None:
+            model = self.route.model
+            frame = model.flexible_terms(model.bodies[number].name).body.interface(name)
+            found = self._interfaces[number, name] = frame, not np.array_equal(frame.axes, np.eye(3))
         return found
 
     def has_row(self, number: int, frame: InterfaceFrame) -> bool:

@@ -14,6 +14,7 @@ from kanefe.storage.scipy_later import sp
 from kanefe.tree.body_terms import BodyTerms, FlexibleTerms
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.neighbours import Neighbours, sources_of
+from kanefe.tree.scales import kept_of_scene
 
 if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
@@ -135,8 +136,13 @@ def _is_orthonormal(terms: FlexibleTerms) -> bool:
     return bool(np.allclose(terms.free_moments.elastic_mass, np.eye(terms.body.free_count)))
 
 
-def body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
-    """Return the shape of a body of a model."""
+@kept_of_scene
+def body_shapes(model: ModelData) -> tuple[BodyShape, ...]:
+    """Return the shapes of all bodies, found once for all runs of a scene."""
+    return tuple(_body_shape(model, body) for body in model.bodies)
+
+
+def _body_shape(model: ModelData, body: BodyTerms) -> BodyShape:
     mesh: dict[str, Any] = {"interfaces": (), "components": (), "cells": (), "is_orthonormal": False, "provenance": {}}
     mesh |= {"nodes": np.zeros((0, 3)), "basis": np.zeros((0, 0))}
     mass, com, inertia = 0.0, np.zeros(3), np.zeros((3, 3))

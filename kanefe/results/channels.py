@@ -20,7 +20,7 @@ from kanefe.integrate.status import RunStatus
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.joints.motion import of_body
 from kanefe.loads.base import Load
-from kanefe.results.body_shape import BodyShape, body_shape
+from kanefe.results.body_shape import BodyShape, body_shapes
 from kanefe.results.contact_history import is_contact
 from kanefe.results.contact_points import in_columns
 from kanefe.results.interface_forces import coupling_force
@@ -117,7 +117,7 @@ class RunChannels:
     @cached_property
     def bodies(self) -> tuple[BodyShape, ...]:
         """Bodies of the scene."""
-        return tuple(body_shape(self.model, body) for body in self.model.bodies)
+        return body_shapes(self.model)
 
     @cached_property
     def surfaces(self) -> tuple[SurfaceOutline, ...]:

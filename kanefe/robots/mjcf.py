@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -51,7 +52,7 @@ def read_mjcf(
 
     Each body becomes a rigid one with its name, in its own frame; with several joints, all but the last carry a
     massless frame. Coordinates are those of MuJoCo, including `ref`. Springs and dampers of all joints act, with their
-    polynomials, and dry friction and armature of hinges and slides; so does compensation of gravity. Equalities of kind
+    polynomials, armatures, and dry friction of hinges and slides; so does compensation of gravity. Equalities of kind
     connect and weld (of bodies or sites) and joint (linear) hold exactly, while MuJoCo's are compliant. Flags of the
     file switch parts off as in MuJoCo. Shapes are used for the inertia of bodies without their own, and drawn.
     Actuators, tendons, contacts and other elements are not read: ``scene.not_taken`` lists them, and a warning those
@@ -249,13 +250,15 @@ def _joints(model: Any, names: _Names, body: int, choices: Choices, not_taken: N
         if kind == FREE:
             start = model.qpos0[model.jnt_qposadr[number] :][:7].tolist()
             forces = _pose_forces(model, number, name, choices, not_taken)
-            return (LinkJoint(name, choices.free(name, start), forces=forces),)
+            free = replace(choices.free(name, start), armature=_armature(model, number))
+            return (LinkJoint(name, free, forces=forces),)
         before = place if number == first else Pose()
         if kind == BALL:
             if model.jnt_limited[number]:
                 not_taken.add_acting("limits of ball joints", name)
             forces = _pose_forces(model, number, name, choices, not_taken)
-            made.append(LinkJoint(name, choices.ball(name), before @ anchor, anchor.inverse, forces))
+            ball = replace(choices.ball(name), armature=_armature(model, number))
+            made.append(LinkJoint(name, ball, before @ anchor, anchor.inverse, forces))
             continue
         axis, ref = model.jnt_axis[number].copy(), float(model.qpos0[model.jnt_qposadr[number]])
         back = Pose(axes=axis_rotation(axis, -ref)) if kind == HINGE else Pose(-ref * axis)
@@ -294,7 +297,7 @@ def _along_axis(
         rest=rest,
         damping=damping[0] if is_linear else 0.0,
         friction=float(model.dof_frictionloss[speed]),
-        armature=float(model.dof_armature[speed]),
+        armature=_armature(model, number),
     )
     kind = Revolute if model.jnt_type[number] == HINGE else Prismatic
     axis = tuple(model.jnt_axis[number].tolist())
@@ -303,16 +306,20 @@ def _along_axis(
 
 
 def _pose_forces(model: Any, number: int, name: str, choices: Choices, not_taken: NotTaken) -> PoseForces | None:
-    """Return springs and dampers of a free or ball joint; record its friction and armature, which are not read."""
+    """Return springs and dampers of a free or ball joint; record its friction, which is not read."""
     is_free = int(model.jnt_type[number]) == FREE
     speed, place = int(model.jnt_dofadr[number]), int(model.jnt_qposadr[number])
     speeds = slice(speed, speed + (6 if is_free else 3))
-    for what, values in (("friction", model.dof_frictionloss), ("armature", model.dof_armature)):
-        if values[speeds].any():
-            not_taken.add_acting(f"{what} of free and ball joints", name)
+    if model.dof_frictionloss[speeds].any():
+        not_taken.add_acting("friction of free and ball joints", name)
     spring = model.qpos_spring[place:]
     rest = Pose(spring[:3].copy(), rotation_matrix(spring[3:7])) if is_free else Pose(axes=rotation_matrix(spring[:4]))
     return choices.pose_forces(name, not_taken, *_springs(model, number, name, not_taken), rest, is_free)
+
+
+def _armature(model: Any, number: int) -> float:
+    """Return the inertia of the rotor of a joint, the same along all its speeds."""
+    return float(model.dof_armature[model.jnt_dofadr[number]])
 
 
 def _springs(model: Any, number: int, name: str, not_taken: NotTaken) -> tuple[Coefficients, Coefficients]:

@@ -314,6 +314,11 @@ class BodyMethods(Scene):
         joint = driven(check_joint(joint, f"joint of body {name!r}"))
         if parent is not None:
             self._check_parent(name, parent)
+        if joint.is_free and joint.armature and parent is not None and parent.number >= 0:
+            raise ModelError(
+                f"the armature of the free joint of body {name!r} acts on motions seen from the ground, and its parent "
+                f"is {parent.name!r}. Remedy: a joint on the ground, or no armature"
+            )
         if not isinstance(gravity, (bool, np.bool_)):
             raise ModelError(
                 f"gravity of body {name!r} must be True or False, not {gravity!r}; System has its direction"

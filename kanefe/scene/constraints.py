@@ -323,7 +323,11 @@ def _check_plain(joint: Joint, label: str) -> None:
     has_start = bool(np.any(abs(joint.initial_coordinates()) != joint.home()) or joint.initial_speeds().any())
     if type(joint).given_start is not Joint.given_start:  # otherwise nobody said that a zero is one
         has_start = has_start or any(map(any, joint.given_start()))
-    has_forces = joint.friction is not None or any(force is not None for force in joint.coordinate_forces)
+    has_forces = (
+        joint.friction is not None
+        or joint.armature > 0.0
+        or any(force is not None for force in joint.coordinate_forces)
+    )
     if has_start or has_forces:
         raise ModelError(
             f"{label} has a start or forces of its own. Remedy: leave them out: its start follows from the loop, and "

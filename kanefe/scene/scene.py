@@ -326,7 +326,7 @@ class Scene:
 def three(value: object, what: str) -> np.ndarray:
     """Return three finite numbers; a ModelError names them as `what`."""
     array = numbers(value)
-    if array.shape != (3,) or not np.all(np.isfinite(array)):
+    if array.shape != (3,) or not np.isfinite(array).all():
         raise ModelError(f"{what} must be three finite numbers, not {value!r}")
     return array
 

@@ -127,6 +127,10 @@ def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotation
 
     Stiffened: on a hinge at the origin of G it turns about the axis of the rotation, and bends on in this shape, with
     all but `MOST_LOST` of its inertia. Other motions, of high modes, may lose more: see `kanefe.tree.bent`.
+
+    The inertia of curved and pretwisted bodies also changes with the sign of the bending, in proportion to it. This is
+    no error, since inertia is kept to first order: it is left out by the mean of both signs, and what is lost then is
+    the missing square.
     """
     if is_unreduced(body) or body.moments.quadratic_first is None or inner.of_displacements:
         return FARTHEST
@@ -135,9 +139,9 @@ def _reach(body: FlexibleBody, eta: Vector, turned: Vector, inner: InnerRotation
     hinged = np.zeros((6 + body.free_count, 2))
     hinged[3:6, 0] = turned / rotation
     hinged[6:, 1] = eta / np.linalg.norm(eta)
-    bent, straight = (hinged.T @ moments.terms(x, none, np.zeros(3))[0] @ hinged for x in (eta, none))
+    bent, other, straight = (hinged.T @ moments.terms(x, none, np.zeros(3))[0] @ hinged for x in (eta, -eta, none))
     try:
-        lost = 1.0 - float(scipy.linalg.eigvalsh(bent, straight)[0])
+        lost = 1.0 - float(scipy.linalg.eigvalsh(0.5 * (bent + other), straight)[0])
     except np.linalg.LinAlgError:  # no inertia about this axis
         return FARTHEST
     # the loss of inertia grows with the square of the rotation

@@ -77,13 +77,13 @@ class _Numbers:
     def of_joint(self, joint: Joint) -> tuple[np.ndarray, np.ndarray]:
         """Return the numbers of a joint's coordinates, -1 of driven ones, and of its speeds."""
         q, u = joint.initial_coordinates(), joint.initial_speeds()
-        is_driven = np.array([motion is not None for motion in joint.motions], dtype=bool)
         coordinates, speeds = self.coordinate + np.arange(len(q)), self.speed + np.arange(len(u))
-        if is_driven.any():
+        if any(motion is not None for motion in joint.motions):
+            is_driven = np.array([motion is not None for motion in joint.motions])
             coordinates = np.where(is_driven, -1, self.coordinate + np.cumsum(~is_driven) - 1)
             speeds = np.where(is_driven, self.driven + np.cumsum(is_driven), self.speed + np.cumsum(~is_driven)) - 1
             q, u = q[~is_driven], u[~is_driven]
-        self.driven += int(is_driven.sum())
+            self.driven += int(is_driven.sum())
         self._go_on(q, u)
         return coordinates, speeds
 

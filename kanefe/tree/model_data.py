@@ -164,8 +164,10 @@ class ModelData(PickledByFields):
         """Inertia along single speeds, of rotors behind gears, kg m2 or kg: (free + driven,)."""
         found = np.zeros(self.free_count + self.driven_count)
         for body in self.bodies:
+            found[body.speeds] = body.joint.armature
             for speed, force in zip(body.speeds, body.joint.coordinate_forces, strict=True):
-                found[speed] = 0.0 if force is None else force.armature
+                if force is not None:
+                    found[speed] = force.armature
         return found
 
     @property
@@ -203,8 +205,12 @@ class ModelData(PickledByFields):
         """Return free, driven and fixed speeds at time t (s) from the free ones; the fixed ones are zero."""
         if self.driven_count + self.fixed_count == 0:
             return u
-        driven = self.driven_speeds(t)[0] if self.drives else ()
-        return np.concatenate((u, driven, np.zeros(self.fixed_count)))
+        count = self.free_count + self.driven_count + self.fixed_count
+        found = np.zeros(count, dtype=np.result_type(u, float))  # the free ones may be whole or complex numbers
+        found[: self.free_count] = u
+        if self.drives:
+            found[self.free_count :][: self.driven_count] = self.driven_speeds(t)[0]
+        return found
 
     def parts(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return q, u and z of a state that begins with them."""
@@ -341,7 +347,7 @@ class ModelData(PickledByFields):
                 found[body.flexible.eta, body.flexible.speeds] = np.eye(body.flexible.body.free_count)
         return found
 
-    @property
+    @cached_property
     def drives(self) -> tuple[tuple[Motion, str], ...]:
         """The motions of the driven coordinates with their names, in the order of the driven speeds."""
         return tuple((motion, of_body(b.name)) for b in self.bodies for motion in b.joint.motions if motion is not None)

@@ -159,6 +159,10 @@ class Evaluates(Protocol):
         """
         ...
 
+    def rates(self, t: float, y: Vector) -> Vector:
+        """Return dy/dt of a state without quadratures: see `evaluate`."""
+        ...
+
     def mass_matrix(self, t: float, y: Vector) -> Matrix:
         """Return M_sys over the free and the driven speeds at a state, shape (free + driven, free + driven)."""
         ...
@@ -294,7 +298,9 @@ class Route(Evaluates, Protocol):
         """Return the power dissipated and the power supplied at a state and accelerations du (free,), W, shape (2,)."""
         ...
 
-    def sweep_implicitly(self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float) -> float:
+    def sweep_implicitly(
+        self, t: float, vectors: np.ndarray, share_damping: float, share_stiffness: float, share_of_rates: float = 0.0
+    ) -> float:
         """Write a linearly implicit evaluation to the rows of a method, for `Form.SWEEPS`; return the weakest pivot."""
         ...
 

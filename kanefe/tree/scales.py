@@ -63,10 +63,11 @@ def length_of_parts(model: ModelData) -> float:
     If there are none, it is the radius of gyration of the bodies; 0 if they have none.
     """
     lengths = [largest_extent(b.flexible.body) for b in model.bodies if b.flexible]
-    lengths += [float(np.linalg.norm(b.p_PoFo_P)) for b in model.bodies]
-    lengths += [float(np.linalg.norm(b.rigid.com)) for b in model.bodies if b.rigid]
-    lengths += [float(np.linalg.norm(m.point)) for c in model.constraints for m in (c.a, c.b) if m is not None]
-    lengths += [float(np.linalg.norm(m.point)) for load in model.loads for m in load.ends if m.body >= 0]
+    offsets = [b.p_PoFo_P for b in model.bodies]
+    offsets += [b.rigid.com for b in model.bodies if b.rigid]
+    offsets += [m.point for c in model.constraints for m in (c.a, c.b) if m is not None]
+    offsets += [m.point for load in model.loads for m in load.ends if m.body >= 0]
+    lengths += [math.sqrt(offset @ offset) for offset in offsets]
     largest = max(lengths, default=0.0)
     return largest or _radius_of_gyration(model)
 

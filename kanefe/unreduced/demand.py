@@ -74,7 +74,9 @@ def some_inertia(substructure: Substructure, eta: Vector) -> Matrix:
     metric = np.zeros((6 + p + body.fixed_count,) * 2)
     metric[:6, :6] = body.inertia_field.rigid_inertia(eta)[0]
     at = range(6, 6 + p)
-    metric[at, at] = 1.0 / (substructure.carried.multiply(substructure.carried) @ (1.0 / body.free_mass.diagonal()))
+    masses = body.free_mass.diagonal()
+    masses[body.massless] = np.delete(masses, body.massless).mean()
+    metric[at, at] = 1.0 / (substructure.carried.multiply(substructure.carried) @ (1.0 / masses))
     return metric
 
 

@@ -6,13 +6,53 @@ are enough. They are needed only at the start of a run, where factors of M would
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from kanefe.errors import SimulationError
 from kanefe.storage.scipy_later import sp
 
+if TYPE_CHECKING:
+    from kanefe.bodies.unreduced import UnreducedBody
+    from kanefe.fe_model.factorise import Factorisation
+
 TOLERANCE = 1e-13
 LARGEST_ITERATIONS = 2000
+
+
+class StaticallyMoved:
+    """Solution with a mass matrix, of which some coordinates have no mass and are moved statically by the others.
+
+    With ``x_c = -K_cc^-1 K_cr x_r`` of the former, ``M_rr x_r = b_r - K_rc K_cc^-1 b_c``; a
+    `kanefe.fe_model.factorise.Factorisation`.
+
+    Parameters
+    ----------
+    body : UnreducedBody
+    """
+
+    def __init__(self, body: UnreducedBody) -> None:
+        self._none = body.massless
+        self._has = np.setdiff1d(np.arange(body.free_count), body.massless)
+        K = body.free_stiffness
+        self._between = K[self._none][:, self._has].tocsr()
+        self._static = body.factorise(K[self._none][:, self._none].tocsc())
+        self._mass = MassSolver(body.free_mass[self._has][:, self._has].tocsr())
+
+    def solve(self, b: np.ndarray) -> np.ndarray:
+        """Return the accelerations of forces b of shape (n,) or (n, m)."""
+        b = np.asarray(b, dtype=float)
+        x = np.empty(b.shape)
+        moved = self._static.solve(np.ascontiguousarray(b[self._none]))
+        x[self._has] = self._mass.solve(b[self._has] - self._between.T @ moved)
+        x[self._none] = -self._static.solve(self._between @ x[self._has])
+        return x
+
+
+def mass_solver(body: UnreducedBody) -> Factorisation:
+    """Return the solver with the mass matrix of a body."""
+    return StaticallyMoved(body) if len(body.massless) else MassSolver(body.free_mass)
 
 
 class MassSolver:

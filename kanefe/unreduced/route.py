@@ -29,7 +29,7 @@ from kanefe.unreduced.bordered import BodyBorder, Bordered, border
 from kanefe.unreduced.closing import closed_start
 from kanefe.unreduced.condensed import Condensed, condensed_inertia, is_unreduced
 from kanefe.unreduced.demand import demand, equivalent_moments
-from kanefe.unreduced.mass_solver import MassSolver
+from kanefe.unreduced.mass_solver import mass_solver
 
 if TYPE_CHECKING:
     from kanefe.fe_model.factorise import Factorisation
@@ -221,7 +221,7 @@ class UnreducedRoute(LiteralRoute):
         """Return du of the free speeds, with loops closed."""
         zero = np.zeros(self.model.free_count)
         at_rest = self.residual(t, q, u, zero, z)
-        solvers = [MassSolver(substructure.body.free_mass) for substructure in self.condensed.substructures]
+        solvers = [mass_solver(substructure.body) for substructure in self.condensed.substructures]
         small, n = self.small, self.small.free_count
         rows = constraint_rates(at_rest.state) if small.constraints else None
         bordered = Bordered(self.condensed, self.borders(q, solvers), at_rest.mass[:n, :n], at_rest.state.motions, rows)

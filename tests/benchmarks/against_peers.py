@@ -22,9 +22,12 @@ from kanefe.checks.verification.scenes import frame_at
 CHAIN_STEPS = {1: 40000, 5: 10000, 20: 2000, 100: 50}
 CHAIN_GOALS = {
     count: Goal(f"S1 rigid chain, N={count}: time of an RK4 step / Exudyn's", limit)
-    for count, limit in ((1, 1.5), (5, 0.7), (20, 0.3), (100, 0.04))
+    for count, limit in ((1, 0.05), (5, 0.07), (20, 0.05), (100, 0.018))
 }
-CALL_GOALS = {count: Goal(f"S1 right-hand side, N={count}: time / Pinocchio's aba", 1.2) for count in (20, 100)}
+CALL_GOALS = {
+    count: Goal(f"S1 right-hand side, N={count}: time / Pinocchio's aba", limit)
+    for count, limit in ((20, 0.6), (100, 0.3))
+}
 BODY_GOAL = Goal(f"S4 tumbling body, {FREE_MODES} modes: time of an RK4 step / Exudyn's", 0.3)
 MIXED_GOAL = Goal("100 rigid bodies and 10 flexible: time of a generalised-alpha step / Exudyn's", 0.1)
 MIXED_LINKS, MIXED_BARS, MIXED_STEPS = 100, 10, 50

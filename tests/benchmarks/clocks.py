@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Sequence
+from typing import TypeVar
 
 from benchmarks.goals import median, median_ratio
 
@@ -15,6 +16,9 @@ ROUNDS, FEW_ROUNDS = 9, 3
 
 AGREEMENT = 1e-6
 """Largest relative difference between the two sides of a comparison, which must compute the same."""
+
+
+Setting = TypeVar("Setting", int, float)
 
 
 class Disagreement(Exception):
@@ -102,6 +106,13 @@ class Race:
     def ratio(self) -> float:
         """Median of the ratios of the pairs."""
         return median_ratio(self._ours, self._theirs)
+
+
+def coarsest(settings: Sequence[Setting], error: Callable[[Setting], float], limit: float) -> Setting:
+    """Return the first setting, of coarse ones first, from which on no error is above a limit; the last, if none is."""
+    good = [error(setting) <= limit for setting in settings]
+    first = next((i for i in range(len(good)) if all(good[i:])), len(good) - 1)
+    return settings[first]
 
 
 def microseconds(time_in_seconds: float) -> str:

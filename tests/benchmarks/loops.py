@@ -10,9 +10,9 @@ from kanefe.equations.model import Model
 from loop_scenes import four_bars
 
 ROWS = {
-    "apart": Goal("100 four-bars side by side: step / that of 10", 11.0),
-    "in a row": Goal("100 four-bars in a row, neighbours share a crank: step / that of 10", 11.0),
-    "one on the other": Goal("100 four-bars, each on the coupler of the one before: step / that of 10", 11.0),
+    "apart": Goal("100 four-bars side by side: step / that of 10", 9.0),
+    "in a row": Goal("100 four-bars in a row, neighbours share a crank: step / that of 10", 9.0),
+    "one on the other": Goal("100 four-bars, each on the coupler of the one before: step / that of 10", 9.0),
 }
 CAR = Goal("car with four loops, a ball and a rod each (16 rows): step / same tree without loops", 2.0)
 

@@ -25,13 +25,13 @@ from kanefe.system import System
 SMALL_BAR, LARGE_BAR = (21, 4, 3), (54, 12, 6)
 MODES = (8, 16, 32)
 
-GROWTH = Goal("rigid chain: t(N=1000) / t(N=100)", 11.0)
+GROWTH = Goal("rigid chain: t(N=1000) / t(N=100)", 10.5)
 IMPLICIT_GROWTH = Goal("rigid chain, step of generalised-alpha: t(N=1000) / t(N=100)", 13.0)
 ACCURACY = Goal("rigid chain, N=1000: largest error of du / largest du", 1e-9)
 PRODUCTS = Goal(f"S4, {FREE_MODES} modes: right-hand side / its own k x k products", 4.0)
 MESHES = {modes: Goal(f"S3, {modes} modes: right-hand side on 35k nodes / on 2.7k nodes", 1.05) for modes in MODES}
 MANY_MODES = Goal("S3: right-hand side with 32 modes / with 8 modes", 5.0)
-FLEXIBLE = Goal("chain of flexible bodies, 12 modes each: t(50) / t(10)", 5.5)
+FLEXIBLE = Goal("chain of flexible bodies, 12 modes each: t(50) / t(10)", 5.1)
 PLANAR = {count: Goal(f"planar chain, N={count}: time / as a scene in space", 0.5) for count in (5, 20)}
 RUBBING = Goal("friction in 20 joints from their loads: step / without friction", 2.5)
 FREEZE = Goal("freeze of 100 bodies, tables included [ms]", 20.0)

@@ -1,4 +1,4 @@
-"""The engine against its peers, Exudyn and Pinocchio, and against its goals.
+"""The engine against its peers, Exudyn, Pinocchio and MuJoCo, and against its goals.
 
     python tests/benchmarks/peer_engine.py [--quick] [--json FILE]
 
@@ -45,6 +45,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
         around_a_run,
         fixed_costs,
         loops,
+        mujoco_chains,
         own_figures,
         own_functions,
         rigid_contacts,
@@ -68,7 +69,7 @@ def measured(options: argparse.Namespace) -> list[Figure]:
         except failures as failure:
             figures.extend(_skipped(goals, failure))
 
-    every = against_peers.GROUPS | sampled_arm.GROUPS
+    every = against_peers.GROUPS | mujoco_chains.GROUPS | sampled_arm.GROUPS
     with_peers = {g: goals for g, goals in every.items() if options.only in g.__name__}
     if with_peers:
         try:

@@ -75,10 +75,10 @@ class Peers:
         return answer
 
 
-PACKAGES = ("exudyn", "pin", "numpy", "scipy")
+PACKAGES = ("exudyn", "pin", "mujoco", "numpy", "scipy")
 
 
-IMPORTS = "import exudyn, pinocchio, numpy, scipy.sparse"
+IMPORTS = "import exudyn, pinocchio, mujoco, numpy, scipy.sparse"
 
 
 OF_MESHES = ("exudyn", "ngsolve", "numpy", "scipy")

@@ -1,4 +1,4 @@
-"""Runs in the peers' environment: Exudyn's and Pinocchio's side of the scenes, asked for over pipes.
+"""Runs in the peers' environment: the side of Exudyn, Pinocchio and MuJoCo of the scenes, asked for over pipes.
 
 A request is a line of JSON with "do", the answer is another. Times are CPU seconds of this process.
 """
@@ -21,12 +21,14 @@ os.dup2(2, 1)
 sys.exudynFast = True  # type: ignore[attr-defined]
 import exudyn  # noqa: E402
 import exudyn.itemInterface as items  # noqa: E402
+import mujoco  # noqa: E402
 import pinocchio  # noqa: E402
 import scipy.sparse as sp  # noqa: E402
 from exudyn.FEM import FEMinterface, ObjectFFRFreducedOrderInterface  # noqa: E402
 from exudyn.utilities import RigidBodyInertia, RotationMatrixY, RotationMatrixZ  # noqa: E402
 from peer_arm import solve_arm  # noqa: E402
 from peer_car import built_car  # noqa: E402
+from peer_mujoco import call_forward, mujoco_chain, solve_chain  # noqa: E402
 
 Answer = dict[str, Any]
 
@@ -42,7 +44,7 @@ class Runs:
 
     def versions(self) -> Answer:
         """Name the peers."""
-        return {"exudyn": exudyn.__version__, "pinocchio": pinocchio.__version__}
+        return {"exudyn": exudyn.__version__, "pinocchio": pinocchio.__version__, "mujoco": mujoco.__version__}
 
     def build_chain(self, name: str, links: list[Answer], gravity: list[float], q: list[float]) -> Answer:
         """Build a chain of links in joint coordinates, for both."""
@@ -71,6 +73,13 @@ class Runs:
     def build_arm(self, name: str, arm: Answer) -> Answer:
         """Take what the arm with a sampled controller is made of; it is built for each run, as its end is its state."""
         self.solves[name] = lambda steps, h: solve_arm(arm, steps, h)
+        return {}
+
+    def build_mujoco_chain(self, name: str, links: list[Answer], gravity: list[float], q: list[float]) -> Answer:
+        """Build a chain of links for MuJoCo."""
+        model = mujoco_chain(links, gravity)
+        self.solves[name] = lambda steps, h: solve_chain(model, q, steps, h)
+        self.calls[name] = lambda count: call_forward(model, q, count)
         return {}
 
     def solve(self, name: str, steps: int, h: float) -> Answer:

@@ -40,7 +40,7 @@ def sliding(rounds: int) -> list[Figure]:
     call.at[:] = y
 
     def evaluate() -> None:
-        call(0.0, False, (0.0, 0.0))
+        call(0.0)
 
     one = repeated(evaluate, fill(evaluate))
     return [SLIDE.figure(1e3 * median(times)), EVALUATION.figure(1e6 * one, microseconds(one))]

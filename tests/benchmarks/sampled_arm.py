@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 import kanefe as kf
 from benchmarks.arm_torque import torque
-from benchmarks.clocks import Race, check_agreement, seconds
+from benchmarks.clocks import Race, check_agreement, coarsest, seconds
 from benchmarks.goals import Figure, Goal
 from benchmarks.peer_process import Peers
 from kanefe.equations.model import Model
@@ -129,22 +128,15 @@ def sampled_arm(peers: Peers, rounds: int) -> list[Figure]:
     limit = 2.0 * places[-1] - places[-2]
     exact = run(model, FINEST, "dop853")
     check_agreement("arm", exact, limit, SAME)
-    rtol = _coarsest(TOLERANCES, lambda rtol: float(np.linalg.norm(run(model, rtol) - exact)))
+    rtol = coarsest(TOLERANCES, lambda rtol: float(np.linalg.norm(run(model, rtol) - exact)), ERROR)
     error_of = dict(zip(PEER_STEPS, (float(np.linalg.norm(place - limit)) for place in places), strict=True))
-    h = _coarsest(PEER_STEPS, error_of.__getitem__)
+    h = coarsest(PEER_STEPS, error_of.__getitem__, ERROR)
     race = Race(lambda: seconds(lambda: run(model, rtol)), lambda: float(theirs(h)["seconds"]), rounds)
     remark = (
         f"rtol {rtol:.2g} in {1e3 * race.ours:.3g} ms; Exudyn, {PEER_ELEMENTS} elements a link, steps of {h:.3g} s in "
         f"{1e3 * race.theirs:.3g} ms"
     )
     return [GOAL.figure(race.ratio, remark)]
-
-
-def _coarsest(settings: tuple[float, ...], error: Callable[[float], float]) -> float:
-    """Return the first setting from which on all errors are small enough; the last one, if none is."""
-    good = [error(setting) <= ERROR for setting in settings]
-    first = next((i for i in range(len(good)) if all(good[i:])), len(good) - 1)
-    return settings[first]
 
 
 GROUPS = {sampled_arm: [GOAL]}

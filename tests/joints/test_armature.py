@@ -84,6 +84,51 @@ def test_the_reaction_of_a_joint_leaves_out_what_its_rotor_takes() -> None:
     assert abs(moment[4]) == pytest.approx(abs(ROTOR * rate), rel=1e-12)
 
 
+def balls() -> tuple[kf.System, kf.Frame]:
+    """Return two bodies on balls with rotors, the second one on the first."""
+    scene = kf.System(gravity=(0, 0, -GRAVITY))
+    ball = kf.Spherical(orientation=kf.rotation_about("x", 0.4), angular_velocity=(1.0, -2.0, 3.0), armature=ROTOR)
+    inner = scene.add_rigid_body("inner", MASS, (0.02, 0.03, 0.04), com=(0.1, 0, -ARM), joint=ball)
+    place = {"parent": inner, "at": (0, 0, -0.5), "joint": kf.Spherical(armature=0.1)}
+    return scene, scene.add_rigid_body("outer", 1.0, (0.01, 0.02, 0.02), com=(0, 0.1, 0), **place)
+
+
+def test_balls_with_rotors_keep_their_energy() -> None:
+    scene, _ = balls()
+    assert abs(scene.simulate((0.0, 0.5), rtol=1e-10).energy.balance_error).max() < 1e-8
+
+
+def test_a_loop_over_balls_with_rotors_has_the_rates_of_the_literal_route() -> None:
+    scene, outer = balls()
+    scene.add_distance("rod", outer.frame((0.2, 0, 0)), scene.ground.frame((0.5, 0, 0)), 0.7)
+    model = scene.freeze()
+    y = np.concatenate((model.initial_state, np.zeros(2)))
+    found, literal = model.route.evaluate(0.0, y).rates, model.literal.evaluate(0.0, y).rates
+    np.testing.assert_allclose(found, literal, rtol=0, atol=1e-11 * abs(literal).max())
+
+
+def test_a_free_body_with_an_armature_falls_more_slowly() -> None:
+    scene = kf.System(gravity=(0, 0, -GRAVITY))
+    scene.add_rigid_body("body", MASS, 0.1, joint=kf.Free(angular_velocity=(0.0, 0.0, 2.0), armature=ROTOR))
+    result = scene.simulate((0.0, 1.0))
+    assert result.position("body")[-1, 2] == pytest.approx(-0.5 * GRAVITY * MASS / (MASS + ROTOR), rel=1e-9)
+    assert result.energy.kinetic[0] == pytest.approx(0.5 * (0.1 + ROTOR) * 4.0, rel=1e-14)
+    assert abs(result.energy.balance_error).max() < 1e-8
+
+
 def test_refusals() -> None:
     with pytest.raises(ModelError, match="armature of a joint coordinate must be finite and >= 0"):
         kf.CoordinateForce(armature=-1.0)
+    for joint in (kf.Spherical, kf.Free):
+        with pytest.raises(ModelError, match=r"armature of a .* joint must be >= 0"):
+            joint(armature=-0.1)
+        with pytest.raises(ModelError, match=r"armature of a .* joint"):
+            joint(armature=np.nan)
+        with pytest.raises(ModelError, match=r"armature .* moment that drives it.*Remedy"):
+            joint(motion=kf.PoseTable(np.arange(4.0), orientations=np.tile((1.0, 0, 0, 0), (4, 1))), armature=0.1)
+    scene = kf.System()
+    carrier = scene.add_rigid_body("carrier", 1.0, 0.1, joint=kf.Prismatic("x"))
+    with pytest.raises(ModelError, match=r"seen from the ground.*'carrier'.*Remedy"):
+        scene.add_rigid_body("rider", 1.0, 0.1, parent=carrier, joint=kf.Free(armature=0.1))
+    with pytest.raises(ModelError, match="start or forces of its own"):
+        scene.add_loop_joint("ball", kf.Spherical(armature=0.1), scene.ground, carrier)

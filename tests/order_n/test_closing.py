@@ -109,6 +109,23 @@ def test_a_closed_state_stays_where_it_is() -> None:
     np.testing.assert_allclose(again[1], u, rtol=1e-15)
 
 
+def test_speeds_of_contacts_stay_where_they_are_open_by_round_off() -> None:
+    """A box slides: its lower corners are held; speeds that lift it by less than round-off are left, others are not."""
+    scene = kf.System(gravity=(0, 0, -9.81))
+    floor = scene.add_surface("floor", scene.ground, kf.shapes.Plane("z"))
+    start = kf.Free(position=(0, 0, 0.1), velocity=(2.5, 0, 0))
+    corners = kf.shapes.Points([(x, y, -0.1) for x in (-0.1, 0.1) for y in (-0.1, 0.1)])
+    skin = scene.add_surface("skin", scene.add_rigid_body("box", 1.0, 0.01, joint=start), corners)
+    scene.add_contact("c", skin, floor, normal=kf.Rigid(), friction=kf.Coulomb(0.2))
+    found = scene.simulate((0.0, 0.01), output_step=0.01).run
+    model, run = found.model, found.trajectory
+    y = np.concatenate((run.coordinates[-1], run.speeds[-1], run.internal[-1]))
+    lifted = model.coordinate_count + 2
+    for speed, is_left in ((1e-16, True), (1e-12, False)):
+        y[lifted] = speed
+        assert (model.route.projected(0.0, y)[lifted] == speed) == is_left
+
+
 def test_loops_that_are_far_open_are_closed_too() -> None:
     model = four_bar().freeze()
     q, u = opened(model, model.initial_coordinates, model.initial_speeds, 3, 0.3)

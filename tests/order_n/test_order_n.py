@@ -134,6 +134,18 @@ def test_loops_with_flexible_bodies(recipe: Recipe, loops: int) -> None:
     assume(has_same_loops(recipe, loops))
 
 
+@examples(15)
+@given(recipes(bodies=12, elastic=0.7, loads=3, between=1, has_fluid=True))
+def test_trees_with_bodies_in_a_fluid_and_balls_with_rotors(recipe: Recipe) -> None:
+    check_tree(random_model(recipe), recipe.seed)
+
+
+@examples(20)
+@given(recipes(bodies=8, elastic=0.5, has_fluid=True), st.integers(1, 2))
+def test_loops_with_bodies_in_a_fluid_and_balls_with_rotors(recipe: Recipe, loops: int) -> None:
+    assume(has_same_loops(recipe, loops))
+
+
 @examples(20)
 @given(recipes(bodies=12, loads=2))
 def test_rows_of_loops_that_are_open_and_slip(recipe: Recipe) -> None:

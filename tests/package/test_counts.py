@@ -24,7 +24,7 @@ PARAMETERS, FUNCTION_LINES = (6, 8), (40, 60, 80)
 
 LIMITS = {
     "constants of kernels": 440,
-    "lines of imports of kernels": 2605,
+    "lines of imports of kernels": 2613,
     "kernels above 8 parameters": 0,
     "kernels above 6 parameters": 8,
     "functions above 40 lines of code": 2,
@@ -35,14 +35,14 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 32010,
+    "kernels": 32130,
     "integrate": 11277,
     "linear": 10700,
     "imports": 8473,
     "kane": 844,
     "literal": 1587,
     "states": 957,
-    "order_n": 4813,
+    "order_n": 4870,
     "loads": 4090,
     "contact": 3638,
     "joints": 3724,
@@ -51,10 +51,10 @@ ROOMS = {
     "views": 3457,
     "studies": 3433,
     "bodies": 3275,
-    "fe_model": 3084,
+    "fe_model": 3135,
     "environment": 2836,
     "scene": 2816,
-    "reduction": 2890,
+    "reduction": 2935,
     "tree": 3165,
     "storage": 2304,
     "robots": 2214,

@@ -20,6 +20,8 @@ NEED_MESH = {
     "32_crank_from_cad",
     "36_constrained_layer",
     "37_fan_blade_of_sheet",
+    "38_stiffened_panel_that_slews",
+    "39_folded_bracket",
 }
 LONG = {
     "10_rotating_blade",
@@ -39,6 +41,8 @@ LONG = {
     "34_ring_of_ngsolve",
     "36_constrained_layer",
     "37_fan_blade_of_sheet",
+    "38_stiffened_panel_that_slews",
+    "39_folded_bracket",
 }
 """Of more than a second."""
 NEED_OTHERS = {

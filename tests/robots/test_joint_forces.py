@@ -72,20 +72,22 @@ def test_forces_of_joints_are_mujocos(bodies: str, tmp_path: Path) -> None:
 
 
 def geared_tree(seed: int) -> str:
-    """Return a tree of six bodies on hinges and slides with rotors, some with two joints in a body."""
+    """Return a tree of bodies on hinges, slides and balls with rotors, with two joints in some, and one that flies."""
     rng = np.random.default_rng(seed)
 
     def body(depth: int) -> str:
         joints = ""
-        for _ in range(int(rng.integers(1, 3))):
+        kinds = ("ball",) if rng.uniform() < 0.4 else rng.choice(["hinge", "slide"], int(rng.integers(1, 3)))
+        for kind in kinds:
             x, y, z = rng.standard_normal(3)
-            kind, rotor, c = rng.choice(["hinge", "slide"]), rng.uniform(0.0, 0.5), rng.uniform(0.0, 0.2)
+            rotor, c = rng.uniform(0.0, 0.5, 2)
             joints += f'<joint type="{kind}" axis="{x} {y} {z}" armature="{rotor}" damping="{c}"/>'
         a, b, c = rng.uniform(-0.3, 0.3, 3)
         inner = body(depth - 1) + (body(0) if depth > 1 else "") if depth else ""
         return f'<body pos="{a} {b} {c}" euler="{90 * a} {200 * b} {100 * c}">{joints}{INERTIAL}{inner}</body>'
 
-    return body(3)
+    flying = f'<body pos="0 0 1"><joint type="free" armature="{rng.uniform(0.1, 0.5)}"/>{INERTIAL}{body(1)}</body>'
+    return body(3) + flying
 
 
 @mjcf
@@ -94,11 +96,6 @@ def test_rotors_turn_with_their_joints_as_in_mujoco(seed: int, tmp_path: Path) -
     with warnings.catch_warnings():
         warnings.simplefilter("error", NotTakenWarning)
         compare(written(tmp_path, geared_tree(seed)))
-
-
-def test_armature_of_a_ball_is_named(tmp_path: Path) -> None:
-    with pytest.warns(NotTakenWarning, match="armature of free and ball joints: joint 0"):
-        kf.read_mjcf(written(tmp_path, one_body('<joint type="ball" armature="0.1"/>')))
 
 
 MOTOR = '<actuator><motor joint="j"/></actuator>'

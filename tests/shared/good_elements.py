@@ -226,9 +226,25 @@ call(
     thermal_strain=0.0,
 )
 
-SHELL = {"thickness": 0.01, "offset": 0.0, "fold": 0.35, "shear_factor": None, "cells": None}
+SHELL = {
+    "thickness": 0.01,
+    "offset": 0.0,
+    "fold": 0.35,
+    "shear_factor": None,
+    "cells": None,
+    "beams": None,
+    "lumped": (),
+}
 SHEET = fem.surface_mesh(lambda s, r: (s, r, 0.0 * s), (2, 1))
 call("kanefe_fem.surface_mesh", fem.surface_mesh, place=lambda s, r: (s, r, 0.0 * s), counts=(2, 1))
+call(
+    "kanefe_fem.Stiffener",
+    fem.Stiffener,
+    section=SECTION,
+    material=STEEL,
+    offset=(0.0, 0.0, 0.01),
+    orientation=(0.0, 0.0, 1.0),
+)
 call("kanefe_fem.shell_model", fem.shell_model, mesh=SHEET, materials=STEEL, **SHELL)
 call(
     "kanefe_fem.shell_body",

@@ -32,8 +32,17 @@ call(
     velocity=(0, 0, 0),
     angular_velocity=(0, 0, 0),
     motion=None,
+    armature=0.1,
 )
-call("kanefe.Spherical", kf.Spherical, orientation=(1, 0, 0, 0), angular_velocity=(0, 0, 0), motion=None, friction=None)
+call(
+    "kanefe.Spherical",
+    kf.Spherical,
+    orientation=(1, 0, 0, 0),
+    angular_velocity=(0, 0, 0),
+    motion=None,
+    friction=None,
+    armature=0.1,
+)
 call(
     "kanefe.Planar",
     kf.Planar,

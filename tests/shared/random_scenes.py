@@ -54,6 +54,13 @@ BODIES: dict[str, dict[str, Any]] = {
     "no modes": {"interfaces": {"root": "clamped", "tip": "clamped"}, "reduction": kf.CraigBampton(modes=0)},
     "stiffened": {"interfaces": TIP, "reduction": kf.CraigBampton(modes=4), "is_bent": True},
     "floating, stiffened": {"interfaces": {"tip": "rigid"}, "interior": 1, "is_bent": True},
+    "in a fluid": {"interfaces": TIP, "reduction": kf.CraigBampton(modes=3), "in_fluid": True},
+    "floating in a fluid, stiffened": {"interfaces": FLOATING, "interior": 1, "is_bent": True, "in_fluid": True},
+    "no modes, in a fluid": {
+        "interfaces": {"root": "clamped", "tip": "clamped"},
+        "reduction": kf.CraigBampton(modes=0),
+        "in_fluid": True,
+    },
 }
 
 
@@ -85,6 +92,8 @@ class Recipe:
         Share of flexible bodies.
     is_autonomous : bool
         Nothing calls back into Python: no drive, no function of the user.
+    has_fluid : bool
+        Some flexible bodies are in a fluid, and some balls have rotors.
     """
 
     seed: int
@@ -94,6 +103,7 @@ class Recipe:
     between: int = 0
     is_autonomous: bool = False
     slopes: str = "rotation-vector"
+    has_fluid: bool = False
 
 
 def recipes(
@@ -102,6 +112,7 @@ def recipes(
     loads: int = 8,
     between: int = 0,
     autonomous: st.SearchStrategy[bool] | None = None,
+    has_fluid: bool = False,
 ) -> st.SearchStrategy[Recipe]:
     """Return recipes of trees of up to `bodies` bodies, of loads, and of springs and bushings (at least one)."""
     return st.builds(
@@ -113,6 +124,7 @@ def recipes(
         between=st.integers(1, between) if between else st.just(0),
         is_autonomous=st.booleans() if autonomous is None else autonomous,
         slopes=st.sampled_from(["rotation-vector", "tait-bryan"]) if elastic else st.just("rotation-vector"),
+        has_fluid=st.just(has_fluid),
     )
 
 
@@ -188,7 +200,8 @@ class RandomScene:
             return kf.Planar(**each(3))
         if kind == "translation":
             return kf.Translation(forces=each(3)["forces"])
-        return {"fixed": kf.Fixed(), "spherical": kf.Spherical(), "free": kf.Free()}[kind]
+        rotor = float(rng.choice((0.0, 0.1))) if self.recipe.has_fluid else 0.0
+        return {"fixed": kf.Fixed(), "spherical": kf.Spherical(armature=rotor), "free": kf.Free()}[kind]
 
     def _add_body(self, rng: np.random.Generator, name: str, is_last: bool) -> None:
         near = self.carriers[-4:] if rng.uniform() < 0.7 else self.carriers
@@ -226,6 +239,7 @@ class RandomScene:
         self, rng: np.random.Generator, name: str, kind: str, where: dict[str, Any], is_held: bool
     ) -> None:
         kinds = [name for name in BODIES if not (is_held and name.startswith("floating"))]
+        kinds = [name for name in kinds if self.recipe.has_fluid or "fluid" not in name]
         body = elastic_body(kinds[int(rng.integers(len(kinds)))], int(rng.integers(3)))
         if body.is_floating:
             kind = "free" if rng.uniform() < 0.8 else "planar"

@@ -29,10 +29,12 @@ def lattice_model(
     mass: float = 2.0,
     nodal: bool = False,
     rotations: bool = False,
+    in_fluid: bool = False,
 ) -> kf.FiniteElementModel:
     """Return a lattice with the groups "root", "tip" (three nodes each; two in the plane) and "middle" (one node).
 
-    `rotations` gives every node rotations too, with springs that tie them to the rotation of the lattice.
+    `rotations` gives every node rotations too, with springs that tie them to the rotation of the lattice. `in_fluid`
+    gives it an added mass: at each node along one direction, of twice its mass.
     """
     rng = np.random.default_rng(seed)
     across = np.array([0.25, 0.25, 0.0 if planar else 0.25])
@@ -61,8 +63,14 @@ def lattice_model(
         stiffness=sp.csr_matrix(K),
         mass=sp.csr_matrix(M),
         mass_field=field,
+        added_mass=_fluid(n, names, 2.0 * mass / n) if in_fluid else None,
         groups={name: NodeGroup(g, nodes[g].mean(axis=0)) for name, g in groups.items()},
     )
+
+
+def _fluid(nodes: int, names: tuple[str, ...], share: float) -> sp.csr_matrix:
+    directions = np.random.default_rng(3).standard_normal((nodes, len(names)))
+    return sp.csr_matrix(sp.block_diag([share * np.outer(n, n) for n in directions]))
 
 
 def _springs(nodes: np.ndarray, names: tuple[str, ...], rates: np.ndarray) -> np.ndarray:

@@ -133,6 +133,7 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
         lambda: chain(**FREE),
         lambda: chain(**DAMPED),
     ),
+    "fluid around a body": (["sweeps.inertia.add_fluid"], lambda: chain(**FREE), lambda: chain(**FREE, in_fluid=True)),
     "second-order displacement": (["sweeps.elastic._bend"], lambda: chain(**FREE), lambda: chain(**FREE, is_bent=True)),
 }
 

@@ -127,3 +127,11 @@ def test_planar_motion_stays_in_the_plane() -> None:
         assert not frame.W[:2].any()
         assert frame.Z[2] == 0.0
         assert not frame.Y[:2].any()
+
+
+def test_driven_speeds_are_no_whole_numbers_beside_such() -> None:
+    """A state may be given by whole numbers."""
+    scene = kf.System()
+    cart = scene.add_rigid_body("cart", 1.0, joint=kf.Prismatic("x", motion=kf.Motion.steady(0.5)))
+    scene.add_rigid_body("arm", 1.0, 1.0, parent=cart, joint=kf.Revolute("z"))
+    assert scene.freeze().all_speeds(0.0, np.array([2])).tolist() == [2.0, 0.5]

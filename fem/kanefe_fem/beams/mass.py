@@ -53,7 +53,7 @@ def mass_field(
         As in `kanefe_fem.beams.body.beam_model`.
     """
     rho_A = np.array([mass.rho_A for mass in masses])
-    offsets = _section_points(masses, planar, rotary_inertia)
+    offsets = section_points(masses, planar, rotary_inertia)
     stations, weights = be.gauss_stations(AXIAL_STATIONS)
     m, g, s = len(table), len(stations), offsets.shape[1]
 
@@ -100,7 +100,7 @@ def _matrix_of_points(N_L: np.ndarray, axes: np.ndarray, dofs: np.ndarray, size:
     return N
 
 
-def _section_points(masses: Sequence[LineMass], planar: bool, rotary_inertia: bool) -> np.ndarray:
+def section_points(masses: Sequence[LineMass], planar: bool, rotary_inertia: bool) -> np.ndarray:
     """Return the section's points of equal mass in L, shape (m, points, 3)."""
     rho_A, centre, second = (np.array(values) for values in zip(*masses, strict=True))
     if centre.any() and not rotary_inertia:

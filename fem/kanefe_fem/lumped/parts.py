@@ -20,7 +20,7 @@ import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
-from kanefe.fe_model.model import FiniteElementModel, MassField, rigid_motion
+from kanefe.fe_model.model import FiniteElementModel, MassField, fields_together, rigid_motion
 from kanefe.frames import numbers
 from kanefe_fem.lumped.mean_motion import Target, mean_motion, patch, place
 from kanefe_fem.materials.voigt import check_numbers
@@ -336,15 +336,7 @@ def _extended(field: MassField | None, clouds: list[_Cloud]) -> MassField | None
     """Return the mass field with the points of lumped masses after its own; they rotate with their nodes."""
     if field is None or not clouds:
         return field
-    points, shares, motions, turns, arms = zip(*clouds, strict=True)
-    none = sp.csr_matrix(field.interpolation.shape)
-    return MassField(
-        np.concatenate([field.points, *points]),
-        sp.block_diag([field.mass, sp.diags(np.concatenate(shares))], format="csr"),
-        sp.vstack([field.interpolation, *motions], format="csr"),
-        turns=sp.vstack([none if field.turns is None else field.turns, *turns], format="csr"),
-        arms=np.concatenate([np.zeros(field.points.shape) if field.arms is None else field.arms, *arms]),
-    )
+    return fields_together([field, *(MassField(one.points, sp.diags(one.shares), *one[2:]) for one in clouds)])
 
 
 def _described(item: Lumped) -> dict[str, Any]:

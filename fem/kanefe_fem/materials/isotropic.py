@@ -12,8 +12,9 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError, UnitWarning, outside
 from kanefe.fe_model.damping import RayleighDamping
+from kanefe.fe_model.moduli import isotropic
 from kanefe_fem.materials.damping import described_losses, prony_of_loss_factor, put_losses
-from kanefe_fem.materials.voigt import isotropic, one_number
+from kanefe_fem.materials.voigt import one_number
 
 
 class AccuracyWarning(UserWarning):

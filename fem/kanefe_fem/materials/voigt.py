@@ -72,13 +72,6 @@ def in_space(plane: np.ndarray) -> np.ndarray:
     return full
 
 
-def isotropic(lame: float, shear: float) -> np.ndarray:
-    """Return the stiffness of Lame's parameters in Pa, shape (6, 6)."""
-    C = np.diag([2.0 * shear] * 3 + [shear] * 3)
-    C[:3, :3] += lame
-    return C
-
-
 def poisson_ratio(stiffness: np.ndarray) -> float:
     """Return Poisson's ratio of the isotropic material with the same Reuss averages: near 0.5 it is incompressible.
 

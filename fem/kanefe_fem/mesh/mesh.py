@@ -16,7 +16,7 @@ from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.shapes import MIDS, SERENDIPITY, kind_of_order, row_numbers, shape
-from kanefe.fe_model.skin import facets_at
+from kanefe.fe_model.skin import facets_at, sides_at
 from kanefe_fem.mesh.summary import summary
 
 Blocks = Mapping[str, tuple[Cells, ...]]
@@ -139,6 +139,8 @@ class Mesh:
     def with_groups(self, places: Mapping[str, PlaceLike]) -> Mesh:
         """Return the mesh with additional groups of facets: the facets on the body's surface that lie in given places.
 
+        Where no edge of a surface lies in a place, lines between its cells do, for stiffeners and interfaces.
+
         Parameters
         ----------
         places : dict of str to Near, OnPlane, InBox, InCylinder or function
@@ -161,7 +163,8 @@ class Mesh:
         for name, place in places.items():
             if not isinstance(name, str) or name in facets:
                 raise ModelError(f"{self.source}: there is a group {name!r} already. Remedy: another name")
-            found = facets_at(np.asarray(self.nodes), self.cell_blocks, place, f"group {name!r}")
+            where = np.asarray(self.nodes), self.cell_blocks, place, f"group {name!r}"
+            found = facets_at(*where) or sides_at(*where)
             if not found:
                 raise ModelError(
                     f"{self.source}: no facet of the outside of the body lies at {place!r}, the group {name!r}. "

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, TypedDict, Unpack, cast
 
 import numpy as np
 
@@ -16,17 +16,27 @@ from kanefe.arguments import checked
 from kanefe.errors import MeshError
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
 from kanefe.fe_model.progress import report_size, stage, stages
+from kanefe.fe_model.skin import skin
 from kanefe_fem import _fenicsx
+from kanefe_fem.lumped.parts import Lumped, attach
 from kanefe_fem.materials.of_groups import Materials, materials_by_group
+from kanefe_fem.mesh.checks import check_arrays, check_groups, oriented
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
 from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh_files import read_to_assemble
+from kanefe_fem.shells.checks import check_surface
 from kanefe_fem.shells.directors import Directors, directors
+from kanefe_fem.shells.joined import with_solid, with_stiffeners
 from kanefe_fem.shells.mass import mass_field
+from kanefe_fem.shells.measures import shell_measures, told, told_of_waves
 from kanefe_fem.shells.of_groups import ShellGroup, Thickness, shell_groups
 from kanefe_fem.shells.orientation import consistent
 from kanefe_fem.shells.pairs import of_nine_nodes
 from kanefe_fem.shells.problem import ShellCells, ShellProblem, stress_stiffness
+from kanefe_fem.shells.seams import seams_of
+from kanefe_fem.shells.stiffener import Stiffener, checked_stiffeners
+from kanefe_fem.shells.stiffeners import stiffener_lines
+from kanefe_fem.solids.body import solid_model
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
@@ -47,9 +57,11 @@ class ShellKeywords(TypedDict, total=False):
     fold: float
     shear_factor: float | None
     cells: str | Sequence[str] | None
+    beams: Mapping[str, Stiffener] | None
+    lumped: Sequence[Lumped]
 
 
-@checked("mesh", "fold", "cells")
+@checked("mesh", "fold", "cells", "lumped")
 def shell_model(
     mesh: Mesh | str | Path,
     materials: Materials,
@@ -59,14 +71,17 @@ def shell_model(
     fold: float = FOLD,
     shear_factor: float | None = None,
     cells: str | Sequence[str] | None = None,
+    beams: Mapping[str, Stiffener] | None = None,
+    lumped: Sequence[Lumped] = (),
 ) -> FiniteElementModel:
-    """Return the full-order model of a shell: sheet metal, a panel, a blade, a hull.
+    """Return the full-order model of a shell: sheet metal, a panel, a blade, a hull; with beams and solids.
 
     Parameters
     ----------
     mesh : Mesh, str or Path
         A mesh of triangles and quadrangles, curved, folded or branched, or the file it is read from; m. A mesh of order
-        1 gets mid-side nodes on straight sides.
+        1 gets mid-side nodes on straight sides. In a mesh of volumes the groups of facets that have a material are
+        shells, and the volumes solids; they are tied where edges or cells of the shell lie on a solid.
     materials : SolidMaterial or dict of str to SolidMaterial
         Of each group of cells: `Material`, `Orthotropic`, `Laminate` (its plies from the bottom to the top of the
         shell, each at its height), or one of them `Oriented`: the part of its axis 1 in the surface is axis 1 of the
@@ -83,6 +98,10 @@ def shell_model(
         Shear correction. Default: that of the stack of layers, 5/6 if it is homogeneous.
     cells : str or sequence of str, optional
         The groups of cells that form the body. Default: all.
+    beams : dict of str to Stiffener, optional
+        Beams along groups of lines of the mesh.
+    lumped : sequence of LumpedMass or LumpedSpring
+        Masses and springs at nodes and groups; see `kanefe_fem.attach`.
 
     Returns
     -------
@@ -106,10 +125,13 @@ def shell_model(
     >>> model = shell_model("panel.msh", steel, thickness=2e-3)          # doctest: +SKIP
     """
     start = time.perf_counter()
-    mesh = _as_mesh(mesh, cells)
-    by_group = materials_by_group(mesh, materials, 2, "stress")
+    beams = checked_stiffeners(beams)
+    mesh, of_solids = _parts(mesh, materials, cells)
+    solids = set() if of_solids is None else set(of_solids.cells)
+    own = {k: v for k, v in materials.items() if k not in solids} if isinstance(materials, Mapping) else materials
+    by_group = materials_by_group(mesh, own, 2, "stress")
     groups = shell_groups(mesh, by_group, thickness, offset, shear_factor)
-    mesh, turned = _ready(mesh)
+    mesh, turned = _ready(check_surface(mesh, is_whole=of_solids is None))
     nodes = np.asarray(mesh.nodes)
     found = directors(nodes, mesh.cell_blocks, fold)
     given = _shell_cells(mesh, groups, found)
@@ -122,14 +144,14 @@ def shell_model(
             problems = [ShellProblem(nodes, found, one) for one in given]
             stiffness = sum(one.in_order_of_nodes(one.stiffness(), count) for one in problems).tocsr()
     field = mass_field(nodes, found, given)
-    return FiniteElementModel(
+    model = FiniteElementModel(
         nodes=nodes,
         components=COMPONENTS,
         stiffness=stiffness,
         mass=field.mass_matrix(),
         mass_field=field,
         cells=mesh.cell_blocks,
-        groups=node_groups(mesh),
+        groups=node_groups(mesh, is_shell=True),
         stress_stiffness=stress_stiffness(problems, count),
         provenance={
             "source": mesh.source,
@@ -139,6 +161,7 @@ def shell_model(
             "thickness_m": {name: group.described for name, group in groups.items()},
             "cells turned": turned,
             "nodes on folds": len(found.folded),
+            "shell": shell_measures(nodes, found, given, list(groups.values()), field),
             "nodes": count,
             "cells": mesh.cell_count,
             "dofs": 6 * count,
@@ -146,6 +169,13 @@ def shell_model(
             "seconds": {"read and check": read - start, "assemble": time.perf_counter() - read},
         },
     )
+    if beams:
+        model = with_stiffeners(model, stiffener_lines(mesh, beams, found, given))
+    if of_solids is not None:
+        solid = solid_model(of_solids, {k: v for k, v in cast(Any, materials).items() if k in solids})
+        model = with_solid(model, solid, seams_of(nodes, found, given, solid.nodes, skin(solid.cells)))
+    model = replace(model, provenance={**model.provenance, "told": told(model.provenance)})
+    return attach(model, lumped) if lumped else model
 
 
 @checked("mesh", "cells", "cache", "progress")
@@ -183,7 +213,7 @@ def shell_body(
     progress : bool, optional
         Whether to show the stages. Default: on a terminal, for a large body.
     **model
-        offset, fold, shear_factor and cells, as for `shell_model`.
+        offset, fold, shear_factor, cells, beams and lumped, as for `shell_model`.
 
     Examples
     --------
@@ -204,25 +234,51 @@ def shell_body(
 
         with stages(STAGES, progress) as done:
             with stage("read the mesh"):
-                read = _as_mesh(mesh, of_model["cells"])
-            check_interfaces(read, interfaces)
+                read = read_to_assemble(mesh, 2, of_model["cells"])
+            if read.dimension == 2:
+                check_interfaces(read, interfaces, is_shell=True)
             full = shell_model(read, **{name: value for name, value in of_model.items() if name != "cells"})
             body = flexible_body(full, **of_body, factorise=factorise)
-        return replace(body, provenance={**body.provenance, "stages": done.seconds})
+        lines = [*body.provenance["told"], *told_of_waves(body.provenance)]
+        return replace(body, provenance={**body.provenance, "stages": done.seconds, "told": lines})
 
     return cached_body(mesh, {**of_model, **of_body, "kind": "shell", "order": 2}, make) if cache else make(mesh)
 
 
-def _as_mesh(mesh: Mesh | str | Path, cells: str | Sequence[str] | None) -> Mesh:
-    """Return a checked mesh of triangles and quadrangles."""
+def _parts(
+    mesh: Mesh | str | Path, materials: Materials, cells: str | Sequence[str] | None
+) -> tuple[Mesh, Mesh | None]:
+    """Return checked meshes of the surfaces and of the volumes, None if there are none."""
     mesh = read_to_assemble(mesh, 2, cells)
-    if mesh.dimension != 2:
-        what = "volumes" if mesh.dimension == 3 else "lines only"
+    if mesh.dimension == 1:
+        raise MeshError(f"{mesh.source} has lines only, and a shell is a surface. Remedy: beam_model_from_mesh")
+    if mesh.dimension == 2:
+        return mesh, None
+    named = [name for name in mesh.facets if isinstance(materials, Mapping) and name in materials]
+    if not named:
         raise MeshError(
-            f"{mesh.source} has {what}, and a shell is a surface. Remedy: "
-            + ("solid_body, or a mesh of the middle surface" if mesh.dimension == 3 else "beam_model_from_mesh")
+            f"{mesh.source} has volumes, and a shell is a surface. Remedy: solid_body, or a mesh of the middle "
+            "surface; for both in one body, a material for the groups of facets that are shells"
         )
-    return mesh
+    empty = [name for name in named if not any(len(block.nodes) for block in mesh.facets[name])]
+    if empty:
+        raise MeshError(
+            f"{mesh.source}: the group {empty[0]!r} of facets is empty: read_mesh(order=) leaves out what is not on "
+            "the volumes. Remedy: leave order out; shell_body makes cells of order 2"
+        )
+    surfaces = Mesh(
+        nodes=mesh.nodes,
+        dimension=2,
+        cells={name: mesh.facets[name] for name in named},
+        facets=mesh.lines,
+        lines=mesh.lines,
+        points=mesh.points,
+        source=mesh.source,
+        provenance=mesh.provenance,
+    )
+    check_arrays(surfaces)
+    check_groups(surfaces)
+    return oriented(surfaces), replace(mesh, facets={k: v for k, v in mesh.facets.items() if k not in named})
 
 
 def _ready(mesh: Mesh) -> tuple[Mesh, int]:

@@ -70,9 +70,10 @@ class ShellGroup:
     ) -> None:
         self.name, self.material = name, material
         refuse_losses(material, f"group {name!r} of a shell", "damping= of shell_body, or a solid")
-        plain = material.plain if isinstance(material, Oriented) else material
-        self.thickness = _thickness_of(name, plain, thickness, size)
-        self.section: ShellSection = section(plain, _offset_of(name, offset), shear_factor)
+        self.plain = material.plain if isinstance(material, Oriented) else material
+        self.size = size
+        self.thickness = _thickness_of(name, self.plain, thickness, size)
+        self.section: ShellSection = section(self.plain, _offset_of(name, offset), shear_factor)
 
     @property
     def described(self) -> float | str:
@@ -89,6 +90,8 @@ class ShellGroup:
                 f"the function of the thickness of group {self.name!r} returns no positive finite number for each of "
                 f"{x.shape[0] * x.shape[1]} points. Remedy: an array of metres, one for each row"
             )
+        if values.max() > THICKEST * self.size:
+            raise _no_shell(self.name, float(values.max()), self.size)
         return values.reshape(x.shape[:2])
 
     def along(self, x: np.ndarray, kind: str) -> np.ndarray:
@@ -134,15 +137,19 @@ def _thickness_of(name: str, material: Any, given: Any, size: float) -> Any:
     if number.shape != () or not np.isfinite(number) or number <= 0.0:
         raise ModelError(f"thickness of group {name!r} is {value!r}. Remedy: a positive number of metres")
     if not THINNEST * size <= number <= THICKEST * size:
-        raise ModelError(
-            f"thickness of group {name!r} is {value!r} m, of a mesh of {size:.3g} m: that is no shell. Remedy: metres, "
-            "not millimetres; a thick part is a solid"
-        )
+        raise _no_shell(name, value, size)
     if own is not None and not math.isclose(float(value), own, rel_tol=1e-6):
         raise ModelError(
             f"thickness of group {name!r} is {float(value):g} m, but its plies make {own:g} m. Remedy: leave it out"
         )
     return float(value)
+
+
+def _no_shell(name: str, thickness: float, size: float) -> ModelError:
+    return ModelError(
+        f"thickness of group {name!r} is {thickness!r} m, of a mesh of {size:.3g} m: that is no shell. Remedy: metres, "
+        "not millimetres; a thick part is a solid"
+    )
 
 
 def _offset_of(name: str, given: Any) -> float:

@@ -368,7 +368,8 @@ def _thickness(mesh: Mesh, plane: str | None, thickness: float | None) -> float:
     if plane not in ("stress", "strain"):
         raise ModelError(
             f"{mesh.source} is a mesh of surfaces, and plane={plane!r}. Remedy: give plane='stress' (thin) or "
-            "plane='strain' (long) and a thickness; for a solid, mesh the volume in 3D and give it a physical volume"
+            "plane='strain' (long) and a thickness; for sheet metal that bends, kanefe_fem.shell_body; for a "
+            "solid, mesh the volume in 3D and give it a physical volume"
         )
     if thickness is None or not np.isfinite(thickness) or thickness <= 0.0:
         raise ModelError(f"thickness={thickness!r} of a plane body. Remedy: give a positive number of metres")

@@ -15,7 +15,7 @@ import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorise
-from kanefe.fe_model.model import FiniteElementModel, StressStiffness
+from kanefe.fe_model.model import FiniteElementModel
 from kanefe_fem._petsc import SMALL
 
 ROUND_OFF = 1e-9
@@ -75,19 +75,6 @@ def check_fluid(A: sp.csr_matrix, factorise: Factorise) -> sp.csr_matrix:
     A = _symmetric(A, "added mass")
     _not_negative(A, "added mass", "a mass above zero, and the same function of f.u and f.v", factorise)
     return A
-
-
-def check_geometric(model: FiniteElementModel, stress_stiffness: StressStiffness) -> None:
-    """Raise a ModelError if a form of the geometric stiffness is not symmetric, or not linear in the displacement."""
-    w = np.cos(np.arange(model.size)) * np.ptp(model.nodes, axis=0).max()
-    G = stress_stiffness(w)
-    _symmetric(G, "geometric stiffness")
-    error = abs(stress_stiffness(2.0 * w) - 2.0 * G).max()
-    if error > ROUND_OFF * abs(G).max():
-        raise ModelError(
-            f"the form of the geometric stiffness is not linear in the displacement w: twice w gives another matrix by "
-            f"{error / abs(G).max():.2g} of its largest entry. Remedy: the linear stress of w, without constant terms"
-        )
 
 
 def _symmetric(A: sp.csr_matrix, what: str) -> sp.csr_matrix:

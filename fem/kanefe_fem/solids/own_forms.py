@@ -14,13 +14,14 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.geometric_stiffness import check_geometric_stiffness
 from kanefe.fe_model.model import Elasticity, FiniteElementModel, StressStiffness
 from kanefe_fem import _fenicsx
 from kanefe_fem._petsc import factorise
 from kanefe_fem.materials.of_groups import CellMaterials
 from kanefe_fem.materials.voigt import in_space
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.solids.form_checks import check_damping, check_fluid, check_geometric, check_mass, check_stiffness
+from kanefe_fem.solids.form_checks import check_damping, check_fluid, check_mass, check_stiffness
 from kanefe_fem.solids.form_terms import FormTerms, OfDisplacement
 from kanefe_fem.solids.forms import VOIGT
 from kanefe_fem.solids.potential_flow import PotentialFlow, added_mass_of_flow
@@ -164,7 +165,7 @@ def _elastic(model: FiniteElementModel, forms: Forms, problem: SolidProblem, ter
         changed["damping"] = check_damping(model, _matrix(problem, forms.damping(terms), "damping"), factorise)
     if forms.geometric_stiffness is not None:
         changed["stress_stiffness"] = _geometric(problem, terms, forms.geometric_stiffness)
-        check_geometric(model, changed["stress_stiffness"])
+        check_geometric_stiffness(replace(model, stress_stiffness=changed["stress_stiffness"]))
     return changed
 
 

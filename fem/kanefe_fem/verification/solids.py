@@ -17,7 +17,16 @@ from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
-from kanefe_fem.verification import damped_beams, own_forms, plates, satellite, shells, sliding_block, stiffened_solids
+from kanefe_fem.verification import (
+    damped_beams,
+    joined_shells,
+    own_forms,
+    plates,
+    satellite,
+    shells,
+    sliding_block,
+    stiffened_solids,
+)
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
@@ -122,6 +131,7 @@ CASES = (
     *plates.CASES,
     *satellite.CASES,
     *shells.CASES,
+    *joined_shells.CASES,
     *sliding_block.CASES,
     *stiffened_solids.CASES,
 )

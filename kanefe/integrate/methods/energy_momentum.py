@@ -39,10 +39,14 @@ def _prepare(memory: Memory) -> None:
 
 def flies_freely(model: Model) -> bool:
     """Return whether nothing acts on the scene from without, so that it keeps its momenta."""
+    from kanefe.bodies.wet_moments import WetMoments
+
     bodies = model.bodies
+    if any(body.flexible and isinstance(body.flexible.free_moments, WetMoments) for body in bodies):
+        return False  # of a body with its fluid, not the same in all directions
     roots = [body for body in bodies if body.parent < 0]
     return (
-        all(body.joint.is_free and not (body.is_driven or body.joint_loads) for body in roots)
+        all(body.joint.is_free and not (body.is_driven or body.joint_loads or body.joint.armature) for body in roots)
         and not any(body.loads or body.field_loads for body in bodies)
         and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
         and all(marker.body >= 0 for load in model.loads for marker in load.ends)

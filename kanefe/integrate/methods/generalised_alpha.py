@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
-from kanefe.equations.routes import directions_of_loads
+from kanefe.equations.routes import directions_of_loads, swept_arms
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha
 from kanefe.integrate.methods.method import Method, without_rigid_contacts
@@ -41,7 +41,7 @@ class CompiledAlpha(Compiled):
 
     def kernels_for(self, model: Model) -> Kernels:
         """Return the kernels that run a scene."""
-        if model.loads:
+        if len(model.loads) > len(swept_arms(model)):
             return self.with_jacobian(directions_of_loads(model))
         return self.with_jacobian(0) if model.route.lacks(Form.SWEEPS) else self.load()
 
@@ -84,7 +84,7 @@ def _whole(takes_jacobian: bool, directions: int, model: ModelData) -> dict[str,
 
 
 def _prepare(formula: GeneralisedAlpha, memory: Memory) -> None:
-    """Write the formula, and what is allowed of displacements and of internal states."""
+    """Write the formula, what is allowed of displacements and of internal states, and which of these are of arms."""
     from kanefe.tree.scales import displacement_scales, state_scales
 
     model, step = memory.dynamics.model, memory.step
@@ -94,6 +94,12 @@ def _prepare(formula: GeneralisedAlpha, memory: Memory) -> None:
     rtol = FIXED_RTOL if step.is_fixed else step.relative
     step.allowed[:] = rtol * state_scales(model)
     step.allowed[n : n + m] = rtol * displacement_scales(model)
+    for number, arms in swept_arms(model).items():
+        terms = model.bodies[model.loads[number].ends[0].body].flexible
+        if terms is not None:
+            modes, states = arms[:, 0].astype(int), n + m + arms[:, 1].astype(int)
+            step.arm_eta[states], step.arm_deta[states] = terms.eta.start + modes, n + terms.speeds.start + modes
+            step.arm_pull[states], step.arm_rate[states] = arms[:, 2], arms[:, 3]
 
 
 def _unconverged(memory: Memory) -> Unconverged | None:

@@ -311,7 +311,7 @@ class KernelStepper:
             vectors[SLOPE] = dynamics.rate(float(step.time_at), vectors[AT])
             step.weakest = dynamics.weakest
         elif command == Command.IMPLICIT:
-            shares = float(step.share_damping), float(step.share_stiffness)
+            shares = float(step.share_damping), float(step.share_stiffness), float(step.share_of_rates)
             dynamics.implicit_rate(float(step.time_at), vectors[: STIFFNESS_DIRECTION + 1], *shares)
         elif command == Command.BALANCE:
             dynamics.balance(run)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Callable, Iterator
 from enum import Enum, auto
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -179,23 +179,23 @@ class Call:
     ----------
     places, numbers : ctypes arrays
         See `kanefe.kernels.compiler.signatures`: scalars among them may be written before each call.
+    run : function
+        Does it; what is returned is then among the numbers.
     """
 
     def __init__(self, bound: Bound, later: tuple[Any, ...], places: Any, numbers: Any) -> None:
         self._bound, self._later = bound, later  # which keep the memory of the arrays
         self.places, self.numbers = places, numbers
-        self._given: tuple[Any, ...]
+        self.run: Callable[[], Any] = self._in_python
         if IS_COMPILED:
-            self._code, self._given = bound.code.call, (ctypes.byref(places), ctypes.byref(numbers))
-        else:
-            self._code, self._given = self._in_python, ()
+            self.run = partial(bound.code.call, ctypes.byref(places), ctypes.byref(numbers))
         signature = bound.signature
         self._found = slice(signature.number_count, signature.number_room)
         self._others = [(i, kinds[kind]) for i, kind in enumerate(signature.result) if kind != NUMBER]
 
     def __call__(self) -> Any:
         """Call it; return what the kernel returns."""
-        self._code(*self._given)
+        self.run()
         found = self.numbers[self._found]
         for i, kind in self._others:
             found[i] = kind(found[i])
@@ -266,17 +266,18 @@ def _write(part: Part, value: Any, places: Any, numbers: Any) -> None:
     if isinstance(part, Group):
         for inner, item in zip(part.parts, value, strict=True):
             _write(inner, item, places, numbers)
-    elif part.is_number:
-        numbers[part.at] = value
-    elif part.axes == 0:
-        places[part.at] = value
+        return
+    kind, axes, at = part
+    if axes > 0:  # most are arrays
+        if IS_COMPILED:
+            places[at] = _address(value, axes, kind)
+            for length in value.shape:
+                at += 1
+                places[at] = length
+    elif axes == 0:
+        (numbers if part.is_number else places)[at] = value
     elif IS_COMPILED:
-        if part.axes > 0:
-            at = part.at + 1
-            places[part.at] = _address(value, part.axes, part.kind)
-            places[at : at + part.axes] = value.shape
-        else:
-            places[part.at] = value.address
+        places[at] = value.address
 
 
 def _read(part: Part, value: Any, places: Any, numbers: Any) -> Any:

@@ -275,7 +275,7 @@ def _eliminate(mechanism: Mechanism, places_only: bool, tolerance: float) -> flo
     work.applied[:] = 0.0
     if is_implicit:
         none[:] = 0.0
-        pushes = Pushes(0.0, share, none, none)
+        pushes = Pushes(0.0, share, 0.0, none, none)
         here = State(0.0, at.place, state.u, state.z, state.drives, state.inputs)
         stiffen_joints(scene.tables, here, pushes, work.applied, work.added)
         stiffen_modes(scene, work, pushes)

@@ -81,9 +81,9 @@ def rate_of_row(scene: Scene, state: State, work: Work, kept: RowWork, j: int) -
 
 @inlined
 def size_of_rate(row: ConstraintRow, action: Action, frames: Frames) -> float:
-    """Return how large dg/dt of a row between two ends could be at their speeds; zero of other rows."""
+    """Return how large dg/dt of a row between two ends could be at their speeds; zero of couplers."""
     size = 0.0
-    if row.kind != RowKind.CONTACT and row.kind != RowKind.COUPLER:
+    if row.kind != RowKind.COUPLER:
         a, b = frames[row.a.row], frames[row.b.row]
         size = norm(action.force) * (norm(a.v) + norm(b.v))
         size += norm(action.moment_a) * norm(a.w) + norm(action.moment_b) * norm(b.w)

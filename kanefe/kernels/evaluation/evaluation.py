@@ -72,7 +72,7 @@ def scene_of(
 
 # Of a prepared call of `evaluate` and `evaluate_planar`: its place, and its numbers with what is returned
 IS_IMPLICIT, KEEPS = range(2)
-AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, DONE_AS, LEAST_PIVOT = range(5)
+AT_TIME, SHARE_OF_DAMPING, SHARE_OF_STIFFNESS, SHARE_OF_RATES, DONE_AS, LEAST_PIVOT = range(6)
 
 
 class Asked(NamedTuple):
@@ -87,8 +87,8 @@ class Asked(NamedTuple):
         not in a linearly implicit evaluation, nor in the plane.
     t : float
         Time, s.
-    share_damping, share_stiffness : float
-        s and r of a linearly implicit evaluation.
+    share_damping, share_stiffness, share_of_rates : float
+        s, r and p of a linearly implicit evaluation.
     """
 
     is_implicit: bool
@@ -96,9 +96,10 @@ class Asked(NamedTuple):
     t: float
     share_damping: float
     share_stiffness: float
+    share_of_rates: float
 
 
-ASKED = Asked(is_implicit=False, keeps=False, t=0.0, share_damping=0.0, share_stiffness=0.0)
+ASKED = Asked(is_implicit=False, keeps=False, t=0.0, share_damping=0.0, share_stiffness=0.0, share_of_rates=0.0)
 """Way of an evaluation that a prepared call is told before it is called."""
 
 
@@ -208,7 +209,7 @@ def pushes_in(asked: Asked, vectors: np.ndarray, coordinates: int, free: int) ->
     """Return what a linearly implicit evaluation is given more."""
     speeds = slice(coordinates, coordinates + free)
     along = vectors[DAMPING_DIRECTION, speeds], vectors[STIFFNESS_DIRECTION, speeds]
-    return Pushes(asked.share_damping, asked.share_stiffness, along[0], along[1])
+    return Pushes(asked.share_damping, asked.share_stiffness, asked.share_of_rates, along[0], along[1])
 
 
 @expanded

@@ -93,6 +93,8 @@ def _put_joint(columns: Columns, i: int) -> None:
             speed += 3
         for c in range(3):
             _put_motion(columns, i, ZERO, column_of(frame.R, c), speed + c)
+        for s in range(link.speed, speed + 3):
+            columns.found[s, s] += link.armature
         return
     v, w = partials(link, frame)
     _put_motion(columns, i, v, w, speed)

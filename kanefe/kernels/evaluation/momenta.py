@@ -21,6 +21,7 @@ from kanefe.kernels.steppers.step_commands import BalancedStep, StepArrays
 from kanefe.kernels.sweeps.body_inertia import first_moment
 from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.exact_beam_inertia import energies_of_beam
+from kanefe.kernels.sweeps.fluid import weighed
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.tables import Tables
@@ -69,19 +70,40 @@ def _energies(scene: Scene, state: State, work: Work) -> tuple[float, float, flo
             elastic += strain
             size += strain
         if link.armature > 0.0:
-            _, rate = along(state, link.coordinate if link.drive < 0 else -1 - link.drive, link.speed)
-            kinetic += 0.5 * link.armature * rate * rate
+            kinetic += 0.5 * link.armature * _square_of_rates(link, state)
         if link.has_gravity:
-            fall = dot(gravity, frame.M @ frame.p + first_moment(frame))
+            fall = dot(gravity, _weighed(link, frame, bodies))
             weight -= fall
             size += abs(fall)
     return kinetic, elastic, weight, size
 
 
 @inlined
+def _square_of_rates(link: Link, state: State) -> float:
+    """Return the sum of the squares of the speeds of a link."""
+    if link.kind != Kind.SPHERICAL and link.kind != Kind.FREE:
+        _, rate = along(state, link.coordinate if link.drive < 0 else -1 - link.drive, link.speed)
+        return rate * rate
+    turn = three(state.u, link.speed)
+    found = dot(turn, turn)
+    if link.kind == Kind.FREE:
+        turn = three(state.u, link.speed + 3)
+        found += dot(turn, turn)
+    return found
+
+
+@inlined
 def has_modes(link: Link) -> bool:
     """Return whether the body of a row is a flexible one."""
     return link.kind != Kind.INTERFACE and link.flexible >= 0
+
+
+@inlined
+def _weighed(link: Link, frame: Frame, bodies: BorderedBodies) -> Vector:
+    """Return mass times centre of mass of a row, from N's origin; a fluid has no weight."""
+    if has_modes(link) and bodies[link.flexible].wet >= 0:
+        return weighed(bodies[link.flexible], frame)
+    return frame.M @ frame.p + first_moment(frame.H)
 
 
 @kernel
@@ -133,14 +155,14 @@ def _put_momenta(scene: Scene, work: Work, step: BalancedStep) -> None:
         frame = frames[i]
         own, _ = _momenta_of_row(links[i], frame, bodies)
         total += frame.M.full.x.x
-        first += frame.M @ (frame.p - origin) + first_moment(frame)
+        first += frame.M @ (frame.p - origin) + first_moment(frame.H)
         momentum += own
     centre = (1.0 / total) * first
     spin, rotors, locked = ZERO, ZERO, NO_INERTIA
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         own, own_spin = _momenta_of_row(link, frame, bodies)
-        r, c = frame.p - origin - centre, first_moment(frame)
+        r, c = frame.p - origin - centre, first_moment(frame.H)
         first, spin = frame.M @ r + c, spin + own_spin + cross(r, own)
         if link.kind != Kind.INTERFACE:
             rotors += frame.R @ link.rotor

@@ -36,7 +36,7 @@ from kanefe.kernels.loads.load_tangents import (
 )
 from kanefe.kernels.loads.loads_between import evaluate_load, push_along
 from kanefe.kernels.loads.point_and_field_loads import push
-from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
+from kanefe.kernels.scene import Scene, Sizes, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.steppers.step_commands import DirectedStep, StepArrays
 from kanefe.kernels.sweeps.elastic import add_along_mode, total
 from kanefe.kernels.tables import LoadsBetween
@@ -86,6 +86,8 @@ def put_directions(
     shares = step.share_damping, step.share_stiffness, step.share_of_rates
     Z, W, X = vectors[first : first + most], vectors[first + most : first + 2 * most], vectors[first + 2 * most :]
     for n in range(len(loads)):
+        if loads[n].is_swept:
+            continue
         followed = loads[n].state_count if shares[2] > 0.0 else 0
         count, states = WRENCH * loads[n].end_count, loads[n].first_state
         if nearness[n] <= 0.0:  # its states decay
@@ -109,6 +111,22 @@ def put_directions(
             rank += 1
             largest, a, b = largest_of(T, count)
     step.rank = rank
+    if shares[2] > 0.0:
+        _answer_of_arms(scene, work, shares, X)
+
+
+@kernel
+def _answer_of_arms(scene: Scene, work: Work, shares: tuple[float, float, float], X: np.ndarray) -> None:
+    """Write the rows X and Y of arms, whose stiffness is that of the sweep."""
+    bodies, m = bodies_of(scene, work), Sizes(scene.tables.sizes).free_count
+    for f in range(len(bodies)):
+        arms = bodies[f].arms
+        for i in range(len(arms)):
+            arm, row = arms[i], X[int(arms[i].state)]
+            share = shares[2] * arm.rate
+            row[:] = 0.0
+            row[bodies[f].first_deta + int(arm.mode)] = shares[1] * share * arm.pull / (1.0 + share)
+            row[m + int(arm.state)] = 1.0 / (1.0 + share)
 
 
 @kernel

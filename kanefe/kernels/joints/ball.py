@@ -1,4 +1,8 @@
-"""Spherical links: three speeds, the angular velocity in axes of the link, and four Euler parameters."""
+"""Spherical links: three speeds, the angular velocity in axes of the link, and four Euler parameters.
+
+An armature i is the same about all axes: with ``T = (J + i)^-1`` the parent feels ``M - H T H^T``, ``i H T`` and
+``i T J``, and of what acts about the link the torque and ``i T`` of the rest.
+"""
 
 from __future__ import annotations
 
@@ -7,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.joints.handing import Felt
 from kanefe.kernels.joints.motion import has_inverse, orientation, put_three, three
 from kanefe.kernels.tree import BallFrame, Link
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, symmetric
+from kanefe.kernels.values.tensors import NO_INERTIA, NO_MATRIX, Matrix, Vector, diagonal, symmetric
 
 
 @inlined
@@ -20,26 +25,32 @@ def move_ball(link: Link, R: Matrix, q: np.ndarray, u: np.ndarray) -> tuple[Matr
 
 
 @inlined
-def eliminate_ball(frame: BallFrame) -> bool:
+def eliminate_ball(link: Link, frame: BallFrame) -> bool:
     """Eliminate the speeds; return whether they have inertia."""
-    turning = frame.J.inverse
+    resists = frame.J + diagonal(link.armature)
+    turning = resists.inverse
     frame.turning = turning
-    return has_inverse(frame.J, turning)
+    return has_inverse(resists, turning)
 
 
 @inlined
-def across_ball(link: Link, frame: BallFrame, applied: np.ndarray) -> tuple[Symmetric, Vector, Vector]:
-    """Return mass, force and moment that the parent feels: M - H J^-1 H^T, against translations of the joint alone."""
-    torque, H = frame.R @ three(applied, link.speed), frame.H
-    _, f = force_through_ball(frame, torque, frame.f, frame.n)
-    return frame.M - symmetric(H @ frame.turning @ H.T), f, torque
+def across_ball(link: Link, frame: BallFrame, applied: np.ndarray) -> Felt:
+    """Return what the parent feels: without an armature it is against translations of the joint alone."""
+    torque, H, T = frame.R @ three(applied, link.speed), frame.H, frame.turning
+    _, f, n = force_through_ball(link, frame, torque, frame.f, frame.n)
+    M, lever, J = frame.M - symmetric(H @ T @ H.T), NO_MATRIX, NO_INERTIA
+    if link.armature > 0.0:
+        lever, J = link.armature * (H @ T), link.armature * symmetric(T @ frame.J)
+    return Felt(M, lever, J, f, n)
 
 
 @inlined
-def force_through_ball(frame: BallFrame, torque: Vector, f: Vector, n: Vector) -> tuple[Vector, Vector]:
-    """Return the turning against which a link needs f and n from its parent, and the force that is left."""
+def force_through_ball(
+    link: Link, frame: BallFrame, torque: Vector, f: Vector, n: Vector
+) -> tuple[Vector, Vector, Vector]:
+    """Return the turning against which a link needs f and n from its parent, and what is left of these."""
     turning = frame.turning @ (n - torque)
-    return turning, f - frame.H @ turning
+    return turning, f - frame.H @ turning, torque + link.armature * turning
 
 
 @inlined
@@ -48,7 +59,7 @@ def accelerate_ball(
 ) -> Vector:
     """Write du; return the angular acceleration of the link."""
     R = frame.R
-    turning = frame.turning @ (R @ three(applied, link.speed) - frame.n - frame.H.T @ a)
+    turning = frame.turning @ (R @ three(applied, link.speed) + link.armature * alpha - frame.n - frame.H.T @ a)
     put_three(du, link.speed, R.T @ (turning - alpha))
     return turning
 

@@ -34,7 +34,7 @@ from kanefe.kernels.joints.motion import Relative, put_motion, put_three, three
 from kanefe.kernels.joints.revolute import eliminate_revolute, move_revolute
 from kanefe.kernels.scene import State
 from kanefe.kernels.tree import AxisFrame, BallFrame, Frame, FreeFrame, GivenFrame, Kind, Link
-from kanefe.kernels.values.tensors import NO_INERTIA, NO_MATRIX, ZERO, Vector, cross, dot
+from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 @inlined
@@ -77,9 +77,9 @@ def eliminate(link: Link, frame: Frame, applied: np.ndarray, is_implicit: bool, 
     """Write what the acceleration of the joint of a link follows from; return whether its speeds have inertia."""
     kind, is_regular = link.kind, True
     if kind == Kind.SPHERICAL:
-        is_regular = eliminate_ball(BallFrame(frame))
+        is_regular = eliminate_ball(link, BallFrame(frame))
     elif kind == Kind.FREE:
-        is_regular = eliminate_free(FreeFrame(frame))
+        is_regular = eliminate_free(link, FreeFrame(frame))
     elif kind != Kind.FIXED and link.drive < 0:
         along, speed = AxisFrame(frame), link.speed
         resists = link.armature + added[speed] if is_implicit else link.armature
@@ -96,8 +96,7 @@ def hand_across(link: Link, frame: Frame, parent: Frame, applied: np.ndarray) ->
     """Add inertia and force of a link to its parent, as this feels them across the joint, which gives way."""
     kind = link.kind
     if kind == Kind.SPHERICAL:
-        M, f, n = across_ball(link, BallFrame(frame), applied)
-        hand_inward(parent, frame.r, Felt(M, NO_MATRIX, NO_INERTIA, f, n))
+        hand_inward(parent, frame.r, across_ball(link, BallFrame(frame), applied))
     elif kind != Kind.FREE:
         felt = Felt(frame.M, frame.H, frame.J, frame.f, frame.n)
         if kind != Kind.FIXED and link.drive < 0:
@@ -110,9 +109,7 @@ def hand_through(link: Link, frame: Frame, applied: np.ndarray) -> tuple[Vector,
     """Return the force and moment that the parent is to feel of those of a link, whose joint gives way."""
     kind, f, n = link.kind, frame.f, frame.n
     if kind == Kind.SPHERICAL:
-        torque = frame.R @ three(applied, link.speed)
-        _, f = force_through_ball(BallFrame(frame), torque, f, n)
-        n = torque
+        _, f, n = force_through_ball(link, BallFrame(frame), frame.R @ three(applied, link.speed), f, n)
     elif kind == Kind.FREE:
         f, n = ZERO, ZERO
     elif kind != Kind.FIXED and link.drive < 0:
@@ -155,9 +152,8 @@ def give_way(link: Link, frame: Frame, answer: np.ndarray, f: Vector, n: Vector)
     """
     kind = link.kind
     if kind == Kind.SPHERICAL:
-        turning, f = force_through_ball(BallFrame(frame), 0.0 * n, f, n)
+        turning, f, n = force_through_ball(link, BallFrame(frame), 0.0 * n, f, n)
         put_three(answer, 0, turning)
-        n = 0.0 * n
     elif kind == Kind.FREE:
         a, alpha = moved_freely(FreeFrame(frame), -f, -n)
         put_three(answer, 0, a)

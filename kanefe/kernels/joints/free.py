@@ -7,7 +7,7 @@ import numpy as np
 from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.joints.motion import has_inverse, orientation, put_three, three
 from kanefe.kernels.tree import FreeFrame, Link
-from kanefe.kernels.values.tensors import Matrix, Vector, symmetric
+from kanefe.kernels.values.tensors import Matrix, Vector, diagonal, symmetric
 
 
 @inlined
@@ -19,10 +19,15 @@ def move_free(link: Link, R: Matrix, q: np.ndarray, u: np.ndarray) -> tuple[Matr
 
 
 @inlined
-def eliminate_free(frame: FreeFrame) -> bool:
-    """Write the inverses of the inertia; return whether there are such. The parent feels nothing."""
-    M, H, moving = frame.M, frame.H, frame.M.inverse
-    resists = frame.J - symmetric(H.T @ moving @ H)
+def eliminate_free(link: Link, frame: FreeFrame) -> bool:
+    """Write the inverses of the inertia; return whether there are such.
+
+    The parent feels nothing, and does not move where there is an armature.
+    """
+    rotor = diagonal(link.armature)
+    M, H = frame.M + rotor, frame.H
+    moving = M.inverse
+    resists = frame.J + rotor - symmetric(H.T @ moving @ H)
     turning = resists.inverse
     frame.moving, frame.turning = moving, turning
     return has_inverse(M, moving) and has_inverse(resists, turning)

@@ -30,6 +30,7 @@ class BetweenLoad(Record):
     first_point: int  # its points in the team, how many they are, and the end that is the first of them
     point_count: int
     point_end: int
+    is_swept: bool  # a linearly implicit sweep has its stiffness
     # addresses, for real and for complex numbers; of loads that are watched of what writes their event values,
     # and of what changes their states
     function: int

@@ -7,7 +7,8 @@ joints, a linearly implicit sweep is a Newton step in order n, with matrices tha
     (M + s C + r K) x = F + (s C + r K) du1,    x the next du1.
 
 What it does not know (gyroscopic terms, functions of the user) converges with the step, and by Anderson's mixing. With
-loads between frames the few directions in which they stiffen it are added. Else, with many of them, contacts of
+loads between frames the few directions in which they stiffen it are added. Arms of viscoelastic bodies that pull on one
+mode each are part of the sweep, and their states follow from the coordinates. Else, with many of them, contacts of
 flexible bodies, or loops and loads, the Newton matrix is made from the Jacobian. Directions and Jacobians are kept over
 steps as long as the iteration converges fast: see `generalised_alpha_systems`.
 
@@ -120,9 +121,10 @@ def _needs_jacobian(step: AlphaStep, is_differentiated: bool) -> bool:
 @kernel
 def _iterate(step: AlphaStep, is_differentiated: bool) -> int:
     """Take the iteration that a linearly implicit evaluation has done, with what directions of loads add."""
-    (n, moving, _), change, slope, found, new = span_of(step), step.change, step.slope, step.found, step.new
+    (n, moving, end), change, slope, found, new = span_of(step), step.change, step.slope, step.found, step.new
     for i in range(n, moving):
         change[i] = slope[i] - found[i]
+    change[moving:end] = 0.0  # arms follow
     if step.takes_jacobian:
         if _needs_jacobian(step, is_differentiated):
             return ask_jacobian(step, Stage.DIFFERENTIATED)

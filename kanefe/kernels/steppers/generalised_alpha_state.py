@@ -76,6 +76,10 @@ class AlphaStep(DirectedStep):
     tried: Row  # the next one, or the error
     residual: Row  # the same of what is allowed
     new: Row  # state at the end
+    arm_rate: Row  # of states that follow a mode alone, see `kanefe.kernels.bodies.Arm`; 0: others
+    arm_pull: Row
+    arm_eta: Row  # places of the coordinate and of its speed in a row
+    arm_deta: Row
     memory: Annotated[np.ndarray, Array(ROWS_OF_MIXING, "size")]
     jacobian: Annotated[np.ndarray, Array("jacobian_rows", "size")]  # or Z, W and X of directions
     factors: Annotated[np.ndarray, Array("factor_size", "factor_size")]
@@ -133,8 +137,39 @@ def reach(step: AlphaStep, out: np.ndarray) -> None:
         way[i] = h * (state[i] + h * ((0.5 - beta) * a + beta * ends[i]))
         out[i] = state[i] + h * ((1.0 - gamma) * a + gamma * ends[i])
     move(step, state, way, n, out)
+    _follow_arms(step, out)
     for i in range(moving, len(out)):
         out[i] = found[i] if i < end else state[i]
+
+
+@kernel
+def _follow_arms(step: AlphaStep, out: np.ndarray) -> None:
+    """Write z1 of arms, which follows from the coordinates: a sweep has their stiffness."""
+    (_, moving, end), found, known, rate, pull = span_of(step), step.found, step.known, step.arm_rate, step.arm_pull
+    for i in range(moving, end):
+        if rate[i] > 0.0:
+            share = step.share_of_rates * rate[i]
+            found[i] = (known[i] + share * pull[i] * out[int(step.arm_eta[i])]) / (1.0 + share)
+
+
+@kernel
+def move_arms(step: AlphaStep, row: np.ndarray) -> None:
+    """Displace the states that are evaluated by what is left of changes of arms in a row while nothing else moves."""
+    (_, moving, end), at, rate = span_of(step), step.at, step.arm_rate
+    for i in range(moving, end):
+        if rate[i] > 0.0:
+            at[i] += row[i] / (1.0 + step.share_of_rates * rate[i])
+
+
+@kernel
+def answer_of_arms(step: AlphaStep, row: np.ndarray) -> None:
+    """Write to a row what changes of arms in it become with the changes of accelerations in it."""
+    (_, moving, end), rate, pull = span_of(step), step.arm_rate, step.arm_pull
+    for i in range(moving, end):
+        if rate[i] > 0.0:
+            share = step.share_of_rates * rate[i]
+            moved = step.share_stiffness * row[int(step.arm_deta[i])]
+            row[i] = (row[i] + share * pull[i] * moved) / (1.0 + share)
 
 
 @kernel

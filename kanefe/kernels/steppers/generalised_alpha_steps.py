@@ -14,7 +14,9 @@ from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.steppers.breakpoints import accept, clip, even_part
 from kanefe.kernels.steppers.generalised_alpha_state import (
     AlphaStep,
+    answer_of_arms,
     know_step,
+    move_arms,
     push_by,
     put_ahead,
     put_end,
@@ -115,6 +117,7 @@ def filter_row(step: AlphaStep, row: np.ndarray, stage: int) -> int:
         for i in range(n, moving):
             change[i] = found[i] - row[i]
         push_by(step, change)
+        move_arms(step, row)
         return ask(step, Command.IMPLICIT, stage)
     return Command.START.value
 
@@ -133,6 +136,8 @@ def take_filtered(step: AlphaStep, row: np.ndarray) -> None:
         row[i] = slope[i] - change[i]
     if step.takes_jacobian:
         _solve_filter(step, row)
+    else:
+        answer_of_arms(step, row)
 
 
 @kernel

@@ -19,6 +19,7 @@ from kanefe.kernels.evaluation.evaluation import (
     IS_IMPLICIT,
     LEAST_PIVOT,
     SHARE_OF_DAMPING,
+    SHARE_OF_RATES,
     SHARE_OF_STIFFNESS,
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
@@ -174,6 +175,7 @@ def _evaluate(scene: Scene, run: Run, command: int) -> tuple[bool, float]:
     _put_drives(scene, run)
     places[IS_IMPLICIT], numbers[AT_TIME] = command != Command.RATES, t
     numbers[SHARE_OF_DAMPING], numbers[SHARE_OF_STIFFNESS] = step.share_damping, step.share_stiffness
+    numbers[SHARE_OF_RATES] = step.share_of_rates
     for is_beside in range(2):  # a second time where the loops are nearly singular
         scene.fill(t, at, scene.inputs)
         call_address(scene.evaluation.address, (places, numbers))

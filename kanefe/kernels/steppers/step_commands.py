@@ -112,6 +112,7 @@ class Step(Record):
     weakest: float  # smallest pivot of a constraint, of 1
     share_damping: float  # s and r of a linearly implicit evaluation
     share_stiffness: float
+    share_of_rates: float  # of internal states in what they are at the end of a step; 0: not followed
     to_event: float  # the longest next step that passes no event that is foreseen
     longest_restart: float  # the longest first step after an event
     reach: float  # how far behind the end of a step its polynomial is as good as within, in steps
@@ -166,7 +167,6 @@ class DirectedStep(Step):
 
     most_directions: int  # how many there is room for, 0 if none are wanted
     rank: int  # how many were found
-    share_of_rates: float  # of those of internal states in what they are at the end of a step; 0: not followed
 
 
 class StepArrays(NamedTuple):

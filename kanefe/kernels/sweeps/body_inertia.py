@@ -10,6 +10,7 @@ from kanefe.kernels.values.tensors import (
     NO_INERTIA,
     NO_MATRIX,
     ZERO,
+    Matrix,
     Symmetric,
     Vector,
     congruent,
@@ -43,9 +44,9 @@ def put_rigid(frame: Frame, mass: Any, first: Vector, second: Symmetric, rotor: 
 
 
 @inlined
-def first_moment(frame: Frame) -> Vector:
-    """Return mass times centre of mass of a row, from its origin, which H has."""
-    return Vector(frame.H.z.y, frame.H.x.z, frame.H.y.x)
+def first_moment(H: Matrix) -> Vector:
+    """Return mass times centre of mass of a row, from its origin, which its H has."""
+    return Vector(H.z.y, H.x.z, H.y.x)
 
 
 @inlined

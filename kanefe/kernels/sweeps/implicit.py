@@ -1,7 +1,9 @@
 """The linearly implicit sweep: ``(M + s C + r K) z = F + C a + K b`` in place of ``M du = F``.
 
 C and K are the diagonals of the modes of unit mass, and springs, dampers and stops along joint coordinates,
-each at the current state. In modes of unit mass the block of a body becomes ``d = 1 + s c + r k``; with the modes
+each at the current state. An arm of a viscoelastic body, whose state z at the end of a step has a share p of its rate,
+is eliminated by hand: ``z = (known + p rate pull eta) / (1 + p rate)`` leaves ``pull^2 / (1 + p rate)`` of its
+stiffness. In modes of unit mass the block of a body becomes ``d = 1 + s c + r k``; with the modes
 scaled by the root of d it is the identity again, so that the elimination of the modes is that of the plain sweep.
 """
 
@@ -13,6 +15,7 @@ import numpy as np
 
 from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.beams import ExactBeam
+from kanefe.kernels.bodies import ModalBody
 from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_slopes
 from kanefe.kernels.loads.joint_forces import JointForces
@@ -28,14 +31,15 @@ class Pushes(NamedTuple):
 
     Attributes
     ----------
-    damping, stiffness : float
-        s and r.
+    damping, stiffness, rates : float
+        s and r, and p of internal states: 0 where they stay.
     along_damping, along_stiffness : ndarray, shape (free,)
         a and b.
     """
 
     damping: float
     stiffness: float
+    rates: float
     along_damping: np.ndarray
     along_stiffness: np.ndarray
 
@@ -50,7 +54,7 @@ def stiffen_modes(scene: Scene, work: Work, pushes: Pushes) -> None:
         along_damping = pushes.along_damping[speed : speed + k]
         along_stiffness = pushes.along_stiffness[speed : speed + k]
         if body.is_exact:
-            own = Pushes(pushes.damping, pushes.stiffness, along_damping, along_stiffness)
+            own = Pushes(pushes.damping, pushes.stiffness, pushes.rates, along_damping, along_stiffness)
             stiffen_beam(ExactBeam(body), own)
             continue
         workspace = body.even.numbers
@@ -62,14 +66,30 @@ def stiffen_modes(scene: Scene, work: Work, pushes: Pushes) -> None:
             transposed_product(body.to_modes, 0, along_damping, of_damping)
             transposed_product(body.to_modes, 0, along_stiffness, of_stiffness)
         p, scale, linear, angular, stiffness = body.p, body.scale, body.linear, body.angular, body.stiffness
+        of_arms = workspace[2 * k : 3 * k]
+        if body.arm_count > 0:
+            _put_arms(body, pushes.rates, of_arms)
         for j in range(k):
             damping = 0.0
             if body.damped >= 0:
                 damping = body.damping[j, j]
-            s = 1.0 / np.sqrt(1.0 + pushes.damping * damping + pushes.stiffness * stiffness[j])
+            resists = stiffness[j]
+            if body.arm_count > 0:
+                resists += of_arms[j].real
+            s = 1.0 / np.sqrt(1.0 + pushes.damping * damping + pushes.stiffness * resists)
             scale[j] = s
-            p[j] = s * (p[j] + damping * of_damping[j] + stiffness[j] * of_stiffness[j])
+            p[j] = s * (p[j] + damping * of_damping[j] + resists * of_stiffness[j])
             linear[j], angular[j] = s * linear[j], s * angular[j]
+
+
+@kernel
+def _put_arms(body: ModalBody, share_of_rates: float, stiffness: np.ndarray) -> None:
+    """Write what the arms add to the stiffness of each mode."""
+    arms = body.arms
+    stiffness[:] = 0.0
+    for i in range(len(arms)):
+        arm = arms[i]
+        stiffness[int(arm.mode)] += arm.pull * arm.pull / (1.0 + share_of_rates * arm.rate)
 
 
 @kernel

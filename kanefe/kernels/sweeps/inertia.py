@@ -12,6 +12,7 @@ from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.body_inertia import clear, first_moment, put_rigid
 from kanefe.kernels.sweeps.elastic import set_flexible, set_stiff
 from kanefe.kernels.sweeps.exact_beam_inertia import set_exact
+from kanefe.kernels.sweeps.fluid import add_fluid
 from kanefe.kernels.tree import Frame, Kind
 from kanefe.kernels.values.tensors import Vector, cross, dot
 
@@ -32,6 +33,8 @@ def set_inertia(scene: Scene, work: Work) -> None:
                 set_stiff(body, frame)
             if not link.has_gravity:
                 _lift(body, frame, fall)
+            if body.wet >= 0:
+                add_fluid(body, frame, fall)
         elif link.mass == 0.0:
             clear(frame)
         else:
@@ -44,7 +47,7 @@ def set_inertia(scene: Scene, work: Work) -> None:
 def _take_gravity_off(frame: Frame, mass: Any, fall: Vector) -> None:
     """Undo gravity, which is part of Z, for a body without gravity."""
     frame.f += mass * fall
-    frame.n += cross(first_moment(frame), fall)
+    frame.n += cross(first_moment(frame.H), fall)
 
 
 @kernel

@@ -21,6 +21,7 @@ from kanefe.equations.model import Model
 from kanefe.errors import KanefeError, ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.readings import reader
+from kanefe.integrate.run_checks.structural_damping import warn_of_structural_damping
 from kanefe.linear.frequency_response import FrequencyResponse, checked_frequencies
 from kanefe.linear.inputs import inputs_of
 from kanefe.linear.linearisation import Linearisation, input_directions, linearised
@@ -225,6 +226,7 @@ def sampled_loop(
     array([-4.,  1.,  0.])
     """
     loop = _about(*started_model(scene, t, start, "sampled_loop"), inputs, outputs)
+    warn_of_structural_damping(loop.plant.model, "sampled_loop")
     warn_of_imbalance(loop.plant.imbalance, "sampled_loop", "start= a rest with the drives, such as result.at(end)")
     return loop
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from kanefe.bodies.marker import Marker
 from kanefe.frames import Matrix, Vector
+from kanefe.order_n.tables.arm_tables import swept_arms
 from kanefe.order_n.tables.inputs import InputLayout
 from kanefe.order_n.tables.load_points import body_of_points
 from kanefe.order_n.tables.modal_constants import ModalConstants
@@ -56,6 +57,8 @@ class FrameOffsets:
         Whose points all ends of a load but the first are, or -1.
     inputs : InputLayout
         Where the values of loads are.
+    arms : dict of int to ndarray
+        See `swept_arms`.
     """
 
     def __init__(self, model: ModelData) -> None:
@@ -67,6 +70,7 @@ class FrameOffsets:
         self.reaches = [load.reach if load.kernel is not None else None for load in model.loads]
         self.point_bodies = [body_of_points(load, reach) for load, reach in zip(model.loads, self.reaches, strict=True)]
         self.inputs = InputLayout(model)
+        self.arms = swept_arms(model)
         self._of_interfaces: dict[tuple[int, str], FrameOffset] = {}
 
     def frame_offset(self, number: int, interface: InterfaceFrame | None) -> FrameOffset:

@@ -165,7 +165,11 @@ def _loads_and_ends(
             of_ends = {"first_end": len(ends), "end_count": len(own), "point_end": len(own) - points}
             of_points = {"team": team, "first_point": first_point, "point_count": points}
             of_states = {"first_state": states.start, "state_count": states.stop - states.start + values}
-            of_numbers = {"first_number": first, "first_input": max(builder.inputs.of(load), 0)}
+            of_numbers = {
+                "is_swept": number in builder.arms,
+                "first_number": first,
+                "first_input": max(builder.inputs.of(load), 0),
+            }
             functions = dict(zip(("function", "complex_function"), kernels[number][0], strict=True))
             loads.append(of_ends | of_points | of_states | of_numbers | functions)
             ends += own

@@ -12,6 +12,7 @@ from kanefe.storage.scipy_later import scipy
 from kanefe.tree.body_terms import FlexibleTerms
 
 if TYPE_CHECKING:
+    from kanefe.bodies.wet_moments import WetMoments
     from kanefe.loads.field_load import FieldLoad
 
 PAIRS = ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2))
@@ -35,12 +36,15 @@ class ModalConstants:
         C where there is any.
     quadratic : ndarray or None, shape (k, 6 k)
         Moments G of the second-order displacement, and the part of the products that gives Coriolis forces.
+    fluid : tuple of ndarray or None
+        Added mass of G, and between G and the modes, where there is a fluid.
     """
 
     constants: tuple[np.ndarray, ...]
     transform: tuple[Matrix, Matrix] | None
     damping: Matrix | None
     quadratic: Matrix | None
+    fluid: tuple[np.ndarray, ...] | None = None
 
     @property
     def count(self) -> int:
@@ -70,6 +74,7 @@ class ModalConstants:
 def modal_constants(terms: FlexibleTerms) -> ModalConstants:
     """Return the constants of a body."""
     from kanefe.bodies.mass_moments import MassMoments
+    from kanefe.bodies.wet_moments import WetMoments
 
     moments, k = terms.free_moments, terms.body.free_count
     if not isinstance(moments, MassMoments):
@@ -103,19 +108,33 @@ def modal_constants(terms: FlexibleTerms) -> ModalConstants:
         np.array([D[a, b] - D[b, a] for a, b in AXES]),
         columns.ravel(),
     )
-    return ModalConstants(constants, transform, C, quadratic)
+    fluid = _of_fluid(moments, transform) if isinstance(moments, WetMoments) else None
+    return ModalConstants(constants, transform, C, quadratic, fluid)
+
+
+def _of_fluid(moments: WetMoments, transform: tuple[Matrix, Matrix] | None) -> tuple[np.ndarray, ...]:
+    """Return the added mass in the kernels' order: of translation, between it and rotation, of rotation, of modes."""
+    A, with_modes = moments.fluid[:6, :6], moments.fluid[:6, 6:]
+    with_modes = with_modes if transform is None else with_modes @ transform[1].T
+    upper = np.triu_indices(3)
+    return A[:3, :3][upper], A[:3, 3:].ravel(), A[3:, 3:][upper], with_modes[:3], with_modes[3:]
 
 
 def _of_unit_mass(mass: Matrix, K: Matrix) -> tuple[np.ndarray, tuple[Matrix, Matrix] | None]:
     """Return the stiffnesses of modes of unit mass, and what makes these of coordinates; None: they are the same."""
-    diagonal = np.diag(K)
-    if not len(K) or (
-        np.abs(mass - np.eye(len(K))).max() <= ROUND_OFF
-        and np.abs(K - np.diag(diagonal)).max() <= ROUND_OFF * diagonal.max()
-    ):
-        return diagonal, None
+    if are_modes_of_unit_mass(mass, K):
+        return np.diag(K), None
     diagonal, modes = scipy.linalg.eigh(K, mass)
     return diagonal, (mass @ modes, modes.T)
+
+
+def are_modes_of_unit_mass(mass: Matrix, K: Matrix) -> bool:
+    """Return whether M of some coordinates is the identity, and their K diagonal."""
+    diagonal = np.diag(K)
+    return not len(K) or bool(
+        np.abs(mass - np.eye(len(K))).max() <= ROUND_OFF
+        and np.abs(K - np.diag(diagonal)).max() <= ROUND_OFF * diagonal.max()
+    )
 
 
 def side_by_side(matrices: Matrix) -> Matrix:

@@ -152,8 +152,7 @@ class TableBuilder(FrameOffsets):
                     link.drive = body.speeds[speed] - self.model.free_count
                 else:
                     link.coordinate = body.coordinates[coordinate]
-                if joint_link.speed_count == 1:
-                    link.armature = self.model.armatures[link.speed]
+                link.armature = self.model.armatures[link.speed]
             speed, coordinate = speed + joint_link.speed_count, coordinate + joint_link.coordinate_count
             place, axes = np.zeros(3), turn.T
         return FrameOffset(row, axes, place)
@@ -211,6 +210,11 @@ class TableBuilder(FrameOffsets):
         if modes.quadratic is not None:
             own.bends_twice = self._pool.add(modes.quadratic)
             own.bending = self._modal_space(room(ModalBody, "bending", k=k))
+        if modes.fluid is not None:
+            own.wet = self._pool.add(*modes.fluid)
+        own.arm_count = 0
+        for arms in (arms for load, arms in self.arms.items() if self.model.loads[load].ends[0].body == number):
+            own.arm_count, own.springs = len(arms), self._pool.add(arms)
         flexible = len(self._bodies)
         self.modes[number], self.flexible_numbers[number] = modes, flexible
         self._links[row].flexible = flexible

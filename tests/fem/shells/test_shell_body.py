@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 import kanefe as kf
+from kanefe.bodies.inner_rotations import inner_rotations
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import Cells
+from kanefe.tree.bending import _reach
 from kanefe_fem import (
     Laminate,
     Material,
@@ -127,3 +129,28 @@ def test_a_tube_from_gmsh_has_the_frequencies_of_its_refinement(tmp_path):
     body = shell_body(mesh, STEEL, {}, 2e-3, reduction=kf.CraigBampton(modes=4))
     assert body.mass == pytest.approx(STEEL.rho * 2e-3 * 0.4 * np.pi, rel=1e-4)
     assert body.frequencies[:4] == pytest.approx((33.378, 33.378, 35.583, 35.583), rel=0.05)
+
+
+@pytest.mark.fenicsx
+def test_a_pretwisted_blade_is_valid_as_far_as_a_flat_one():
+    """Its inertia grows with one sign of the twist and falls with the other, which is no error."""
+
+    def reaches(twist: float) -> list[float]:
+        def place(s, r):
+            return 0.05 + 0.4 * s, 0.08 * (r - 0.5) * np.cos(twist * s), 0.08 * (r - 0.5) * np.sin(twist * s)
+
+        statics = kf.CraigBampton(modes=4, loads=("centrifugal",))
+        blade = shell_body(
+            surface_mesh(place, (6, 2)), STEEL, {"root": "clamped"}, 2e-3, statics, stiffening="inertial"
+        )
+        inner = inner_rotations(blade)
+        found = []
+        for eta in (sign * np.eye(blade.free_count)[mode] for mode in range(3) for sign in (1.0, -1.0)):
+            turned = inner.largest(eta)[1]
+            size = 0.004 / np.linalg.norm(turned)
+            found.append(_reach(blade, size * eta, size * turned, inner))
+        return found
+
+    flat, twisted = reaches(0.0), reaches(0.2)
+    assert min(twisted) > 0.9 * min(flat) > 0.09
+    np.testing.assert_allclose(twisted[::2], twisted[1::2], rtol=1e-9)

@@ -227,6 +227,10 @@ class TestFit:
             scene.simulate((0.0, 1e-4))
         small = kf.linearise(scene)
         assert small.modes().eigenvalues[0].real < -1.0
+        whole = kf.linearise(scene, inputs="force beam/root x", outputs="modal_speeds beam")
+        for told in (whole.h2_norm, whole.to_control):
+            with pytest.warns(SimulationWarning, match="goes without"):
+                told()
         assert abs(small.undamped().modes().eigenvalues[0].real) < 1e-6 * abs(small.modes().eigenvalues[0])
 
 

@@ -1,0 +1,118 @@
+"""Checks of the mesh of a shell beside those of `kanefe_fem.mesh.checks`: nothing here is wrong, but told."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from kanefe.errors import outside
+from kanefe.fe_model.model import Cells
+from kanefe.fe_model.shapes import shape
+from kanefe_fem.mesh.checks import MeshWarning
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.shells.directors import corner_normals
+
+TURN = np.radians(60.0)
+"""Largest turn of the normal within a cell, rad, above which it is told."""
+
+SHARP = np.radians(3.0)
+"""Least angle at the corner of a cell, rad; below it, or as near to 180 degrees, the cell is a sliver."""
+
+NARROW = 1e-3
+"""Area of a cell, relative to the square of its longest side, below which it is a sliver."""
+
+
+def check_surface(mesh: Mesh, *, is_whole: bool) -> Mesh:
+    """Return the mesh of a shell with each line once in a group; warn of what is hardly intended.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    is_whole : bool
+        Whether no other cells use its nodes.
+
+    Warns
+    -----
+    MeshWarning
+        Of nodes in no cell, lines that are there twice, cells that are warped and slivers.
+    """
+    free = len(mesh.nodes) - len(mesh.body_nodes)
+    if free and is_whole:
+        first = int(np.setdiff1d(np.arange(len(mesh.nodes)), mesh.body_nodes)[0])
+        _tell(
+            f"{mesh.source}: {free} nodes are in no cell of the shell, first node {first} at "
+            f"{mesh.nodes[first].round(6).tolist()} m, and are left out. Remedy: none, if they are construction points"
+        )
+    for name, block in _blocks(mesh):
+        _tell_of_warp(mesh, name, block)
+        _tell_of_slivers(mesh, name, block)
+    facets = {name: tuple(_once(mesh, name, blocks)) for name, blocks in mesh.facets.items()}
+    lines = {name: facets.get(name, blocks) for name, blocks in mesh.lines.items()}
+    return replace(mesh, facets=facets, lines=lines)
+
+
+def _blocks(mesh: Mesh) -> Iterator[tuple[str, Cells]]:
+    for name, blocks in mesh.cells.items():
+        for block in blocks:
+            yield name, block
+
+
+def _tell_of_warp(mesh: Mesh, name: str, block: Cells) -> None:
+    """Warn of cells whose normals at the corners differ much."""
+    normals = corner_normals(mesh.nodes, block)[:, : shape(block.kind).corners]
+    cosine = np.einsum("mpi,mqi->mpq", normals, normals).min(axis=(1, 2))
+    turn = np.arccos(np.clip(cosine, -1.0, 1.0))
+    wrong = np.flatnonzero(turn > TURN)
+    if len(wrong):
+        worst = int(turn.argmax())
+        _tell(
+            f"{mesh.source}: {len(wrong)} cells of group {name!r} are warped, or too large for their curve: the normal "
+            f"turns by up to {np.degrees(turn[worst]):.0f} degrees within one, at {_place(mesh, block, worst)} m. "
+            "Remedy: smaller cells there, or triangles"
+        )
+
+
+def _tell_of_slivers(mesh: Mesh, name: str, block: Cells) -> None:
+    """Warn of cells that are next to a line."""
+    corners = mesh.nodes[block.nodes[:, : shape(block.kind).corners]]
+    ahead = np.roll(corners, -1, axis=1) - corners
+    lengths = np.linalg.norm(ahead, axis=2)
+    behind = -np.roll(ahead, 1, axis=1)
+    cosine = np.einsum("mci,mci->mc", ahead, behind) / (lengths * np.roll(lengths, 1, axis=1))
+    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
+    sharpest = np.minimum(angle, np.pi - angle).min(axis=1)
+    spread = corners[:, 2:] - corners[:, :1]
+    area = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], spread[:, 0]), axis=1) * (corners.shape[1] - 2)
+    slim = area / lengths.max(axis=1) ** 2
+    wrong = np.flatnonzero((sharpest < SHARP) | (slim < NARROW))
+    if len(wrong):
+        worst = int(wrong[slim[wrong].argmin()])
+        _tell(
+            f"{mesh.source}: {len(wrong)} cells of group {name!r} are slivers, the narrowest at "
+            f"{_place(mesh, block, worst)} m: area over longest side squared {slim[worst]:.2g}, sharpest angle "
+            f"{np.degrees(sharpest[worst]):.2g} degrees. Remedy: heal the geometry (short edges), or mesh more evenly"
+        )
+
+
+def _once(mesh: Mesh, name: str, blocks: tuple[Cells, ...]) -> Iterator[Cells]:
+    """Yield blocks of lines with each line once."""
+    for kind in dict.fromkeys(block.kind for block in blocks):
+        nodes = np.concatenate([block.nodes for block in blocks if block.kind == kind])
+        _, first = np.unique(np.sort(nodes, axis=1), axis=0, return_index=True)
+        if len(first) < len(nodes):
+            _tell(
+                f"{mesh.source}: {len(nodes) - len(first)} lines of group {name!r} are there twice, and count "
+                "once. Remedy: remove the duplicate curve (Coherence in a .geo)"
+            )
+        yield Cells(kind, nodes[np.sort(first)])
+
+
+def _place(mesh: Mesh, block: Cells, number: int) -> list[float]:
+    return [float(x) for x in mesh.nodes[block.nodes[number]].mean(axis=0).round(6)]
+
+
+def _tell(text: str) -> None:
+    warnings.warn(text, MeshWarning, stacklevel=outside())
