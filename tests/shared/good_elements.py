@@ -245,6 +245,12 @@ call(
     offset=(0.0, 0.0, 0.01),
     orientation=(0.0, 0.0, 1.0),
 )
+DECK = FILES / "sheet.bdf"
+DECK.write_text(
+    "BEGIN BULK\nGRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCQUAD4,1,7,1,2,3,4\n"
+    "PSHELL,7,1,0.02,1\nMAT1,1,7.E10,,0.33,2700.\nENDDATA\n"
+)
+call("kanefe_fem.shell_properties", fem.shell_properties, path=DECK, names=None)
 call("kanefe_fem.shell_model", fem.shell_model, mesh=SHEET, materials=STEEL, **SHELL)
 call(
     "kanefe_fem.shell_body",
