@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from kanefe_fem.materials.oriented import spherical_axes as spherical_axes
     from kanefe_fem.materials.orthotropic import Anisotropic as Anisotropic
     from kanefe_fem.materials.orthotropic import Orthotropic as Orthotropic
+    from kanefe_fem.materials.strengths import Strengths as Strengths
     from kanefe_fem.materials.user_energy import UserEnergy as UserEnergy
     from kanefe_fem.mesh.mesh import Mesh as Mesh
     from kanefe_fem.mesh.simple import box_mesh as box_mesh
@@ -50,6 +51,8 @@ if TYPE_CHECKING:
     from kanefe_fem.segments.segmented import segmented as segmented
     from kanefe_fem.shells.body import shell_body as shell_body
     from kanefe_fem.shells.body import shell_model as shell_model
+    from kanefe_fem.shells.deck_properties import shell_properties as shell_properties
+    from kanefe_fem.shells.faces import ShellFace as ShellFace
     from kanefe_fem.shells.stiffener import Stiffener as Stiffener
     from kanefe_fem.solids.body import solid_body as solid_body
     from kanefe_fem.solids.body import solid_model as solid_model

@@ -40,7 +40,7 @@ WARNINGS = {
     "imported body": "kanefe.imports.sid_file:SidWarning",
     "mesh": "kanefe_fem.mesh.checks:MeshWarning",
     "modes": "kanefe.reduction.normal_modes:ModesWarning",
-    "nodal form": "kanefe.imports.from_matrices:NodalFormWarning",
+    "nodal form": "kanefe.imports.nodal_inertia:NodalFormWarning",
     "simulation": "kanefe.errors:SimulationWarning",
     "tie": "kanefe.fe_model.rigid_patch_error:TieWarning",
     "units": "kanefe.errors:UnitWarning",

@@ -1,7 +1,9 @@
-"""Springs from rotations of nodes to the ground, told from supports and from a wrong order of nodes.
+"""Stiffness that resists rigid turns: springs from rotations to the ground, and elements that are not free to turn.
 
 A spring to ground at a rotation, such as PARAM,K6ROT of MYSTRAN at each node of a shell, answers a rigid rotation of
 the nodes by moments alone. A support answers by forces, and so does a wrong order of the nodes, to rigid rotations.
+Quadrangles that are warped and were made for flat ones (OpenSees' ShellMITC4, ShellDKGQ) answer to rigid rotations too,
+but little.
 """
 
 from __future__ import annotations
@@ -45,6 +47,35 @@ class GroundSprings(NamedTuple):
         )
 
 
+class ResistedTurns(NamedTuple):
+    """Forces of elements that a rigid rotation of all nodes strains.
+
+    Attributes
+    ----------
+    stiffness, square : float
+        As of `GroundSprings`.
+    """
+
+    stiffness: float
+    square: float
+
+    def __str__(self) -> str:
+        return (
+            f"a rigid rotation by 1 rad is resisted by {self.stiffness:.3g} N m, and translations are free, as of "
+            "warped quadrangles of shells that were made for flat ones. Remedy: triangles there, or elements that turn "
+            "freely"
+        )
+
+
+def resisted_turns(model: FiniteElementModel) -> ResistedTurns:
+    """Return how much rigid rotations of the nodes are resisted."""
+    R = model.rigid_modes(about=tuple(model.nodes.mean(axis=0)))[:, 3:]
+    energies = np.einsum("ij,ij->j", R, model.stiffness @ R)
+    masses = np.einsum("ij,i,ij->j", R, model.mass.diagonal(), R)
+    squares = energies / np.where(masses > 0.0, masses, np.inf)
+    return ResistedTurns(float(energies.max()), float(squares.max()))
+
+
 def ground_springs(model: FiniteElementModel) -> GroundSprings | None:
     """Return the springs from rotations of nodes to the ground, if rigid motions raise moments and no forces."""
     R = model.rigid_modes(about=tuple(model.nodes.mean(axis=0)))
@@ -60,7 +91,4 @@ def ground_springs(model: FiniteElementModel) -> GroundSprings | None:
     if is_noise or work.sum() - moments > BESIDE * moments:
         return None
     rows = np.flatnonzero(turning & (abs(answered).max(axis=1) > 1e-6 * abs(answered[turning]).max()))
-    energies = np.einsum("ij,ij->j", R, answered)[3:]
-    masses = np.einsum("ij,i,ij->j", R, model.mass.diagonal(), R)[3:]
-    squares = energies / np.where(masses > 0.0, masses, np.inf)
-    return GroundSprings(np.unique(rows // len(model.components)), float(energies.max()), float(squares.max()))
+    return GroundSprings(np.unique(rows // len(model.components)), *resisted_turns(model))

@@ -19,6 +19,7 @@ from kanefe.storage.scipy_later import sp
 
 if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import NodalPattern
+    from kanefe.fe_model.shell_stack import ShellStack
 
 TRANSLATIONS = ("x", "y", "z")
 
@@ -327,12 +328,15 @@ class Elasticity:
     fibres : ndarray, shape (m, p, 3), or None
         Fibres around the outline of each beam section in the table: y and z (m) and Young's modulus (Pa); zeros where
         the shape of a section is not known.
+    shell : ShellStack or None
+        Thickness and layers of the cells that are shells; the table is that of the other cells.
     """
 
     table: np.ndarray
     of_cell: np.ndarray
     axes: np.ndarray | None = None
     fibres: np.ndarray | None = None
+    shell: ShellStack | None = None
 
 
 CELL_TYPES = {

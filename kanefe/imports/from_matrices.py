@@ -19,6 +19,7 @@ from kanefe.fe_model.damping import real_matrix
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
     COMPONENTS,
+    ROTATIONS,
     TRANSLATIONS,
     Cells,
     FiniteElementModel,
@@ -29,14 +30,13 @@ from kanefe.fe_model.model import (
 )
 from kanefe.frames import numbers, skew
 from kanefe.imports.given_field import check_added_mass, check_field_mass, checked_field
-from kanefe.imports.mass_completion import completed_mass_field
+from kanefe.imports.mass_completion import completed_mass_field, estimated_part
 from kanefe.imports.mass_properties import ROUND_OFF
+from kanefe.imports.nodal_inertia import NodalFormWarning, NodalInertia, inertia_of_nodes, tell_share
+from kanefe.imports.rigid_parts import NOISE
 from kanefe.imports.self_check import Expected, self_check
 from kanefe.imports.text import read_market
 from kanefe.storage.files import regular_file
-
-NOISE = 1e-12
-"""Entry of a mass matrix, relative to its largest, that counts as round-off wherever it is."""
 
 Matrix: TypeAlias = sp.spmatrix | np.ndarray | str | Path
 
@@ -50,13 +50,9 @@ class BesideMatrices(Expected, total=False):
     load_patterns: Mapping[str, NodalPattern] | None
     geometric_stiffness: Mapping[str, Matrix] | None
     stress_stiffness: StressStiffness | None
-    mass_field: MassField | None
+    mass_field: MassField | NodalInertia | None
     added_mass: Matrix | None
     stresses: Stresses | None
-
-
-class NodalFormWarning(UserWarning):
-    """The inertia of a deformed body is approximate: its nodes rotate, or it is a superelement."""
 
 
 @checked(
@@ -139,10 +135,10 @@ def model_from_matrices(
     Returns
     -------
     FiniteElementModel
-        With exact inertia if M is the same scalar matrix for every translation (Lagrange elements); else with the nodal
-        form of Eq. 38, with a `NodalFormWarning` if nodes rotate. For a superelement with generalised coordinates, M is
-        exact and the change of the inertia with deformation is estimated (`kanefe.imports.mass_completion`), with the
-        same warning.
+        With exact inertia if M tells how points move (`kanefe.imports.nodal_inertia`): elements that interpolate
+        displacements and rotations alike, beams of the static shape functions, lumped masses. Of another M, and of a
+        superelement with generalised coordinates (`kanefe.imports.mass_completion`), mass, momenta and energy are exact
+        and the change of the inertia with deformation is estimated, with a `NodalFormWarning` that tells how much.
 
     Raises
     ------
@@ -156,8 +152,6 @@ def model_from_matrices(
 
     Examples
     --------
-    Two masses of 1 kg and a bar of 100 N/m between them, in the plane:
-
     >>> K = 100.0 * np.array([[1, 0, -1, 0], [0, 0, 0, 0], [-1, 0, 1, 0], [0, 0, 0, 0]])
     >>> dumbbell = model_from_matrices(np.eye(4), K, [[-0.5, 0, 0], [0.5, 0, 0]], components=("x", "y"))
     >>> dumbbell.size
@@ -165,13 +159,9 @@ def model_from_matrices(
     """
     points = _points(nodes)
     stress_stiffness, load_patterns = more.pop("stress_stiffness", None), more.pop("load_patterns", None)
-    geometric_stiffness, cells = more.pop("geometric_stiffness", None) or {}, more.pop("cells", ())
-    if stress_stiffness is not None and not callable(stress_stiffness):
-        raise ModelError(f"stress_stiffness must be a function of a displacement, not {stress_stiffness!r}")
+    geometric_stiffness = more.pop("geometric_stiffness", None) or {}
+    _check_optional(stress_stiffness, groups, load_patterns)
     names = _names(components)
-    for what, named in (("groups", groups), ("load_patterns", load_patterns)):
-        if named is not None and not isinstance(named, Mapping):
-            raise ModelError(f"{what} must be a dict by names, not {named!r}")
     size = len(points) * len(names) + _generalised(generalised, names)
     by_node = _rows_by_node(order, len(points), len(names), size)
 
@@ -183,14 +173,15 @@ def model_from_matrices(
     M, K = ordered(read, "mass matrix"), ordered(stiffness, "stiffness matrix")
     C = None if damping is None else ordered(damping, "damping matrix")
     of_loads = {name: ordered(K_g, f"geometric stiffness {name!r}") for name, K_g in geometric_stiffness.items()}
+    own, share = _mass_field(field, M, K, points, names, generalised)
     model = FiniteElementModel(
         nodes=points,
         components=names,
         stiffness=K,
         mass=M,
-        mass_field=_mass_field(field, M, points, names, generalised),
+        mass_field=own,
         damping=C,
-        cells=tuple(cells),
+        cells=tuple(more.pop("cells", ())),
         groups={name: _group(name, numbers, points) for name, numbers in (groups or {}).items()},
         load_patterns=dict(load_patterns or {}),
         geometric_stiffness=of_loads or None,
@@ -204,7 +195,15 @@ def model_from_matrices(
         _check_pattern(model, name, pattern)
     found = self_check(model, **cast(Expected, more))
     _check_entries(sp.csr_matrix(read), sp.csr_matrix(0.5 * (read + read.T)))
-    return _with_inertia(replace(model, provenance={**model.provenance, "self_check": found.as_dict()}), source)
+    return _told(replace(model, provenance={**model.provenance, "self_check": found.as_dict()}), share, source)
+
+
+def _check_optional(stress_stiffness: Any, groups: Any, load_patterns: Any) -> None:
+    if stress_stiffness is not None and not callable(stress_stiffness):
+        raise ModelError(f"stress_stiffness must be a function of a displacement, not {stress_stiffness!r}")
+    for what, named in (("groups", groups), ("load_patterns", load_patterns)):
+        if named is not None and not isinstance(named, Mapping):
+            raise ModelError(f"{what} must be a dict by names, not {named!r}")
 
 
 def _points(nodes: np.ndarray | Sequence[Sequence[float]]) -> np.ndarray:
@@ -215,28 +214,38 @@ def _points(nodes: np.ndarray | Sequence[Sequence[float]]) -> np.ndarray:
 
 
 def _given_inertia(
-    mass: Matrix | None, field: MassField | None, points: np.ndarray, names: tuple[str, ...], generalised: int
-) -> tuple[MassField | None, sp.csr_matrix]:
+    mass: Matrix | None,
+    field: MassField | NodalInertia | None,
+    points: np.ndarray,
+    names: tuple[str, ...],
+    generalised: int,
+) -> tuple[MassField | NodalInertia | None, sp.csr_matrix]:
     """Return the mass field, checked, and the mass matrix as given or of the field; readers check superelements'."""
-    if field is not None and not generalised:
+    if field is not None and not isinstance(field, NodalInertia) and not generalised:
         field = checked_field(field, points, names, len(points) * len(names))
     if mass is None:
         if field is None:
             raise ModelError("there is neither a mass matrix nor a mass field. Remedy: one of them, in kg")
-        return field, field.mass_matrix()
+        return field, (field.field if isinstance(field, NodalInertia) else field).mass_matrix()
     return field, real_matrix(_read(mass, "mass matrix") if isinstance(mass, (str, Path)) else mass)
 
 
 def _mass_field(
-    field: MassField | None, M: sp.csr_matrix, points: np.ndarray, names: tuple[str, ...], generalised: int
-) -> MassField | None:
-    """Return the given mass field, or that of Lagrange elements, which M tells."""
-    if generalised:
+    field: MassField | NodalInertia | None,
+    M: sp.csr_matrix,
+    K: sp.csr_matrix,
+    points: np.ndarray,
+    names: tuple[str, ...],
+    generalised: int,
+) -> tuple[MassField | None, float]:
+    """Return the given mass field, or that which M tells, and the part of M that is estimated."""
+    if field is None and not generalised:
+        return inertia_of_nodes(K, M, points, names)
+    if isinstance(field, NodalInertia):
         return field
-    if field is None:
-        return _lagrange_field(M, points, names)
-    check_field_mass(field, M)
-    return field
+    if field is not None and not generalised:
+        check_field_mass(field, M)
+    return field, 0.0
 
 
 def _fluid(given: Matrix | None, ordered: Callable[[Matrix, str], sp.csr_matrix]) -> sp.csr_matrix | None:
@@ -247,26 +256,27 @@ def _fluid(given: Matrix | None, ordered: Callable[[Matrix, str], sp.csr_matrix]
     return A
 
 
-def _with_inertia(model: FiniteElementModel, source: str) -> FiniteElementModel:
-    """Return a model with the inertia of a superelement; warn where that of the moving body is approximate."""
-    if model.generalised and model.mass_field is None:
-        model = replace(model, mass_field=completed_mass_field(model))
-        warnings.warn(
-            f"{source} is a superelement with {model.generalised} generalised coordinates: its mass, frequencies and "
-            "momenta are exact, their change with deformation in a rotation is estimated from M, which is accurate if "
-            "the rotation is slow compared with its lowest frequency. Remedy for fast rotation: export the full "
-            "matrices, or (MYSTRAN) PHIXG and MGG too",
-            NodalFormWarning,
-            stacklevel=outside(),
-        )
-    if model.mass_field is None and any(c.startswith("r") for c in model.components):
-        warnings.warn(
-            "nodes rotate and no shape functions are known: the inertia of the moving body is the nodal form of "
-            "Eq. 38, whose gyroscopic terms are wrong by some percent for one element and converge with finer meshes",
-            NodalFormWarning,
-            stacklevel=outside(),
-        )
-    return model
+def _told(model: FiniteElementModel, share: float, source: str) -> FiniteElementModel:
+    """Return a model, told what of its inertia is estimated or not there; that of a superelement is completed."""
+    told: dict[str, Any] = {"estimated_inertia": share} if share else {}
+    turning = np.isin(model.components, ROTATIONS)
+    if not model.generalised:
+        tell_share(share, source)
+        if turning.any() and not model.mass.diagonal().reshape(-1, len(turning))[:, turning].any():
+            told["rotary_inertia"] = "none: waves of the length L in a section of thickness t are 1.6 (t/L)^2 too fast"
+    if not model.generalised or model.mass_field is not None:
+        return replace(model, provenance={**model.provenance, **told})
+    share = estimated_part(model)
+    warnings.warn(
+        f"{source} is a superelement with {model.generalised} generalised coordinates: its mass, frequencies and "
+        f"momenta are exact, their change with deformation in a rotation is estimated from M ({share:.2g} of the "
+        "energy of these coordinates), which is accurate if the rotation is slow compared with its lowest frequency. "
+        "Remedy for fast rotation: export the full matrices, or (MYSTRAN) PHIXG and MGG too",
+        NodalFormWarning,
+        stacklevel=outside(),
+    )
+    told = {**model.provenance, "estimated_inertia": share}
+    return replace(model, mass_field=completed_mass_field(model), provenance=told)
 
 
 def _rows_by_node(order: Order, count: int, width: int, size: int) -> np.ndarray | None:
@@ -352,25 +362,6 @@ def _group(name: str, numbers: int | Sequence[int], points: np.ndarray) -> NodeG
     if chosen.dtype.kind not in "iu" or not len(chosen) or chosen.min() < 0 or chosen.max() >= len(points):
         raise ModelError(f"group {name!r} must be node numbers from 0 to {len(points) - 1}, not {numbers!r}")
     return NodeGroup(np.unique(chosen), points[np.unique(chosen)].mean(axis=0))
-
-
-def _lagrange_field(M: sp.csr_matrix, points: np.ndarray, components: tuple[str, ...]) -> MassField | None:
-    """Return the mass field if M is one scalar matrix for every translation and nothing for rotations, else None."""
-    width = len(components)
-    places = [i for i, c in enumerate(components) if c in TRANSLATIONS]
-    if not places:
-        return None
-    scalar = sum((M[a::width][:, a::width] for a in places[1:]), M[places[0] :: width][:, places[0] :: width])
-    scalar = scalar / len(places)
-    selected = sp.diags([float(c in TRANSLATIONS) for c in components])
-    size = float(np.ptp(points, axis=0).max()) or 1.0
-    per_length = sp.diags(np.tile([1.0 if c in TRANSLATIONS else 1.0 / size for c in components], len(points)))
-    others = per_length @ (M - sp.kron(scalar, selected, format="csr")) @ per_length
-    if abs(others).max() > ROUND_OFF * abs(scalar).max():
-        return None
-    chosen = sp.csr_matrix([[float(c == axis) for c in components] for axis in TRANSLATIONS])
-    interpolation = sp.kron(sp.identity(len(points)), chosen, format="csr")
-    return MassField(points, scalar.tocsr(), interpolation)
 
 
 def _check_pattern(model: FiniteElementModel, name: str, pattern: NodalPattern) -> None:

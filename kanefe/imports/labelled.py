@@ -22,8 +22,9 @@ from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel, 
 from kanefe.frames import numbers
 from kanefe.imports.following import with_following_rotations
 from kanefe.imports.from_matrices import BesideMatrices, model_from_matrices
-from kanefe.imports.nodal_clouds import LabelledField
+from kanefe.imports.nodal_inertia import NodalInertia, inertia_of_nodes
 from kanefe.imports.node_table import NodeTable
+from kanefe.imports.rigid_parts import LabelledField
 from kanefe.imports.self_check import Expected
 from kanefe.imports.units import Units, in_si, scales
 
@@ -151,27 +152,36 @@ def model_of_labelled(
     place = _placement(matrices, nodes, labels, np.unique(freedoms[:, 1]), modal)
     components = tuple(COMPONENTS[n - 1] for n in place.numbers[place.kept])
     placed = {what: in_si(place.of_matrix(m), components, units, len(modal)) for what, m in matrices.items()}
-    placed, following, carried = with_following_rotations(points, components, placed, labels)
+    follows = with_following_rotations(points, components, placed, labels)
     beside: BesideMatrices = {**expected}
     if field is not None:
-        beside["mass_field"] = _mass_field(field, place, components, units, carried)
+        beside["mass_field"] = _mass_field(field, place, components, units, follows.carried)
+    elif follows.directions.shape[0] and not len(modal):
+        beside["mass_field"] = _inertia_before(placed, points, components, follows.carried)
     model = model_from_matrices(
-        placed["mass"],
-        placed["stiffness"],
+        follows.matrices["mass"],
+        follows.matrices["stiffness"],
         points,
         components=components,
-        damping=placed.get("damping"),
+        damping=follows.matrices.get("damping"),
         groups=_groups(nodes, groups, labels),
         generalised=len(modal),
         source=source,
         **beside,
     )
-    count = following.shape[0]
     return replace(
         model,
-        following=following if count else None,
-        provenance={**model.provenance, "units": str(units), "following_rotations": count},
+        following=follows.directions if follows.directions.shape[0] else None,
+        provenance={**model.provenance, "units": str(units), "following_rotations": follows.directions.shape[0]},
     )
+
+
+def _inertia_before(
+    matrices: Mapping[str, sp.csr_matrix], points: np.ndarray, components: tuple[str, ...], carried: sp.csr_matrix
+) -> NodalInertia:
+    """Return the inertia of matrices before turns were made to follow: they are those of elements."""
+    own = inertia_of_nodes(matrices["stiffness"], matrices["mass"], points, components)
+    return own._replace(field=_moved(own.field, carried))
 
 
 class _Placement(NamedTuple):
@@ -237,8 +247,16 @@ def _mass_field(
     length, mass = scales(units)
     of_node = [1.0 if c in TRANSLATIONS else length for c in components]
     scale = np.append(np.tile(of_node, len(place.labels)), np.ones(len(place.modal)))
-    interpolation = field.interpolation @ place.of_rows(field.freedoms).T @ sp.diags(scale) @ carried
-    return MassField(field.points * length, (field.mass * mass).tocsr(), interpolation.tocsr())
+    to_model = place.of_rows(field.freedoms).T @ sp.diags(scale) @ carried
+    own = field.field
+    arms = None if own.arms is None else own.arms * length
+    return _moved(replace(own, points=own.points * length, mass=(own.mass * mass).tocsr(), arms=arms), to_model, length)
+
+
+def _moved(field: MassField, motions: sp.csr_matrix, length: float = 1.0) -> MassField:
+    """Return the field of other coordinates, whose motions are given; rotations per unit of length are those per m."""
+    turns = None if field.turns is None else (field.turns @ motions / length).tocsr()
+    return replace(field, interpolation=(field.interpolation @ motions).tocsr(), turns=turns)
 
 
 def _groups(

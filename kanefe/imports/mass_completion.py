@@ -25,15 +25,22 @@ import scipy.sparse as sp
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel, MassField
 from kanefe.frames import axial, skew
-
-SAME = 1e-10
-"""Eigenvalue of the scaled R^T M R, relative to the largest, below which it counts as zero: masses on a line have
-no inertia about it."""
+from kanefe.imports.rest_of_mass import inverse_inertia
 
 
 def completed_mass_field(model: FiniteElementModel) -> MassField:
     """Return the mass field of a superelement with three translations per node, in all of its degrees of freedom."""
     return abstract_field(completed_moments(model))
+
+
+def estimated_part(model: FiniteElementModel) -> float:
+    """Return the mean part of the energy of the generalised coordinates that is of motions without momenta."""
+    R = model.rigid_modes()
+    momenta = R.T @ model.mass
+    carried = np.einsum("ai,ai->i", momenta, inverse_inertia(momenta @ R) @ momenta)
+    energy = model.mass.diagonal()
+    own = np.flatnonzero(energy[model.nodal_size :] > 0.0) + model.nodal_size
+    return float(1.0 - (carried[own] / energy[own]).mean()) if len(own) else 0.0
 
 
 def completed_moments(model: FiniteElementModel) -> MassMoments:
@@ -44,7 +51,7 @@ def completed_moments(model: FiniteElementModel) -> MassMoments:
     first = -0.5 * axial(rigid[3:, :3])
     second = 0.5 * np.trace(rigid[3:, 3:]) * np.eye(3) - rigid[3:, 3:]
     second = 0.5 * (second + second.T)
-    carried = _solve(rigid, momenta)
+    carried = inverse_inertia(rigid) @ momenta
     rest = np.eye(model.size) - R @ carried
 
     # coefficients of the rigid parts in the functions 1, X_0, X_1, X_2: (3, 4, N)
@@ -61,15 +68,6 @@ def completed_moments(model: FiniteElementModel) -> MassMoments:
     product = np.einsum("aeI,ebJ->abIJ", parts, weighted) + cross + cross.transpose(1, 0, 3, 2)
     product += np.einsum("ab,IJ->abIJ", np.eye(3) / 3.0, 0.5 * (remaining + remaining.T))
     return MassMoments(np.asarray(rigid[0, 0]), first, second, momenta[:3], weighted[1:] + seen, product)
-
-
-def _solve(rigid: np.ndarray, momenta: np.ndarray) -> np.ndarray:
-    """Return the rigid motions with given momenta; none about the axis of a body without inertia about it."""
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(rigid), np.finfo(float).tiny))
-    squares, vectors = np.linalg.eigh(rigid * np.outer(scale, scale))
-    kept = squares > SAME * squares[-1]
-    inverse = (vectors[:, kept] / squares[kept]) @ vectors[:, kept].T
-    return np.asarray(scale[:, None] * (inverse @ (scale[:, None] * momenta)))
 
 
 def _strained(model: FiniteElementModel) -> np.ndarray:

@@ -19,7 +19,7 @@ import scipy.sparse.linalg as spla
 
 from kanefe.errors import AccuracyWarning, ModelError, UnitWarning, outside
 from kanefe.fe_model.factorise import Factorise, splu_factorise
-from kanefe.fe_model.grounded import GroundSprings, ground_springs
+from kanefe.fe_model.grounded import GroundSprings, ResistedTurns, ground_springs, resisted_turns
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 from kanefe.imports.alike_masses import check_alike
 from kanefe.imports.mass_properties import ROUND_OFF, check_moments, mass_properties
@@ -118,8 +118,8 @@ def self_check(
     UnitWarning
         If waves would run slower than 1 m/s or faster than 100 km/s through the elements.
     AccuracyWarning
-        If weak springs to ground hold rotations of nodes, few entries of M differ between directions, or one is missing
-        between two nodes that others in their direction have.
+        If weak springs to ground hold rotations of nodes, elements resist a rigid turn a little, few entries of M
+        differ between directions, or one is missing between two nodes that others in their direction have.
 
     Examples
     --------
@@ -131,8 +131,10 @@ def self_check(
     """
     _check_mass(model)
     _check_stated(model, expected_mass, expected_center, expected_inertia)
-    springs = ground_springs(model)
-    residual, count = _check_rigid_motions(model, springs)
+    springs: GroundSprings | ResistedTurns | None = ground_springs(model)
+    residual, count = _check_rigid_motions(model, springs, factorise)
+    if springs is None and residual > ROUND_OFF:
+        springs = resisted_turns(model)
     check_moments(model)
     check_alike(model)
     _check_one_piece(model)
@@ -160,10 +162,7 @@ def self_check(
 
 
 def wave_speed(model: FiniteElementModel) -> float | None:
-    """Return the median over the nodes of ``h sqrt(K_cc / M_cc)`` with the distance h to the nearest neighbour, m/s.
-
-    It is of the order of the speed of sound in a solid, and thus shows wrong units of length.
-    """
+    """Return the median over the nodes of ``h sqrt(K_cc / M_cc)`` with the distance h to the nearest neighbour, m/s."""
     width = len(model.components)
     rows, columns = _node_pairs(model)
     lengths = np.linalg.norm(model.nodes[rows] - model.nodes[columns], axis=1)
@@ -272,8 +271,10 @@ def _check_stated(
             )
 
 
-def _check_rigid_motions(model: FiniteElementModel, springs: GroundSprings | None) -> tuple[float, int]:
-    """Check that K leaves the rigid motions of the nodes free; return the residual and their number."""
+def _check_rigid_motions(
+    model: FiniteElementModel, springs: GroundSprings | ResistedTurns | None, factorise: Factorise | None
+) -> tuple[float, int]:
+    """Check that K leaves the rigid motions of the nodes free, or nearly; return the residual and their number."""
     R, kept = model.unit_rigid_modes()
     forces = np.linalg.norm(model.stiffness @ R, axis=0)
     scale = spla.norm(model.stiffness, np.inf)
@@ -283,7 +284,15 @@ def _check_rigid_motions(model: FiniteElementModel, springs: GroundSprings | Non
             raise ModelError(f"the stiffness matrix is not that of a free body: {springs}")
         only_rotations = forces[kept < 3].max(initial=0.0) <= ROUND_OFF * scale
         hint = ""
-        if only_rotations and model.generalised:
+        if only_rotations and not model.generalised and (model.size <= COUNTED_SIZE or factorise is not None):
+            share = _share_of_turns(model, len(kept), factorise or splu_factorise)
+            if share <= STATED:
+                return float(forces[worst] / scale), int(np.linalg.matrix_rank(R, tol=1e-9))
+            hint = (
+                f" (translations are free, so it is not a support: the nodes are in another order, or {share:.2g} of "
+                "the first squared frequency is of warped quadrangles of shells)"
+            )
+        elif only_rotations and model.generalised:
             hint = " (translations are free: another order, or springs to ground inside, such as PARAM,K6ROT)"
         elif only_rotations:
             hint = " (translations are free, so it is not a support: the nodes are in another order)"
@@ -293,6 +302,12 @@ def _check_rigid_motions(model: FiniteElementModel, springs: GroundSprings | Non
             f"{hint}, and that the body was exported unsupported{_order_hint(model)}"
         )
     return float(forces[worst] / scale) if scale else 0.0, int(np.linalg.matrix_rank(R, tol=1e-9))
+
+
+def _share_of_turns(model: FiniteElementModel, count: int, factorise: Factorise) -> float:
+    """Return what resists rigid turns, relative to the first squared elastic frequency, by the diagonal of M."""
+    squares = _lowest_squares(model, min(count + 1, model.size), factorise)
+    return resisted_turns(model).square / squares[count] if len(squares) > count and squares[count] else np.inf
 
 
 def _order_hint(model: FiniteElementModel) -> str:
@@ -325,7 +340,10 @@ def _check_one_piece(model: FiniteElementModel) -> None:
 
 
 def _check_zero_modes(
-    model: FiniteElementModel, expected: int, factorise: Factorise | None, springs: GroundSprings | None
+    model: FiniteElementModel,
+    expected: int,
+    factorise: Factorise | None,
+    springs: GroundSprings | ResistedTurns | None,
 ) -> int | None:
     """Check that K leaves only the rigid motions free; return their number, None if they were not counted."""
     if model.size > COUNTED_SIZE and factorise is None:

@@ -9,8 +9,8 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, rigid_motion
 from kanefe.imports.labelled import GENERALISED
 from kanefe.imports.mass_properties import ROUND_OFF
-from kanefe.imports.nodal_clouds import LabelledField, field_of_nodes
 from kanefe.imports.node_table import NodeTable
+from kanefe.imports.rigid_parts import LabelledField, is_round_off, rigid_parts
 
 
 def shaped_field(
@@ -58,7 +58,8 @@ def shaped_field(
         turned = np.asarray(turns @ dense)
         if _carries(turned, rows, table, at):
             in_G = (turns @ mass @ turns.T).tocsr()
-            return field_of_nodes(in_G, turned, table.points[at], rows)
+            found = rigid_parts(in_G, table.points[at], sp.csr_matrix(turned))
+            return LabelledField(rows, found.field) if is_round_off(in_G - found.mass, in_G) else None
     raise ModelError(
         "a rigid motion of the boundary by PHIXG does not move all grid points rigidly. Remedy: the deck and matrices "
         "of one run; grid points with mass that hang on nothing have no place in it"

@@ -389,7 +389,7 @@ def obstacles_of(model: ModelData) -> tuple[Obstacle, ...]:
         from kanefe.bodies.mass_moments import MassMoments
 
         if not all(isinstance(terms.free_moments, (MassMoments, BeamInertia)) for terms in flexible):
-            return (Obstacle("bodies in the nodal form", "matrices of nodes that rotate"),)
+            return (Obstacle("bodies in the nodal form", "models without a mass field"),)
     for body in model.bodies:
         if body.joint.links() is None:
             return (Obstacle("joints that give no links", f"that of {body.name!r}"),)

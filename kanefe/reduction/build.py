@@ -22,7 +22,7 @@ from kanefe.bodies.wet_moments import WetMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import Damping, damping_matrix, damping_name
 from kanefe.fe_model.factorise import Factorise, splu_factorise
-from kanefe.fe_model.grounded import ground_springs
+from kanefe.fe_model.grounded import ground_springs, resisted_turns
 from kanefe.fe_model.interface import Interface
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.fe_model.node_shares import NodeShares
@@ -275,7 +275,9 @@ def _check_rigid_motions(model: FiniteElementModel, modes: np.ndarray) -> None:
         springs = ground_springs(model)
         if springs is not None:
             raise ModelError(f"the body floats, and K holds it: {springs}, or clamp an interface")
+        turns = resisted_turns(model).square
         raise ModelError(
-            f"K resists rigid motions of the nodes ({resistance:.2g} of its largest row), but the body floats. "
-            "Remedy: check the order of the nodes and that the model is unsupported, or clamp an interface"
+            f"K resists rigid motions of the nodes ({resistance:.2g} of its largest row; a turn would swing at "
+            f"{np.sqrt(max(turns, 0.0)) / (2.0 * np.pi):.2g} Hz), but the body floats. Remedy: check the order of the "
+            "nodes and that the model is unsupported, or clamp an interface"
         )

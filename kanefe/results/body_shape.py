@@ -116,6 +116,15 @@ class BodyShape:
                 found[:, :, COMPONENTS.index(component)] = moved[:, :, column]
         return found if np.ndim(eta) == 2 else found[0]
 
+    def rotations(self, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
+        """Return the rotations of some nodes in G, (r, len(nodes), 3) in rad, from coordinates (r, k)."""
+        found, width, basis = np.zeros((len(eta), len(nodes), 3)), len(self.components), self.basis
+        for axis, name in enumerate(COMPONENTS[3:]):
+            if name in self.components:
+                rows: Any = basis[nodes * width + self.components.index(name)]
+                found[:, :, axis] = (rows @ eta.T).T
+        return found
+
     def translations(self, nodes: np.ndarray) -> np.ndarray:
         """Return the rows of the basis that move some nodes along x, y and z, shape (len(nodes), 3, k)."""
         motion = self.basis.reshape(len(self.nodes), len(self.components), -1)

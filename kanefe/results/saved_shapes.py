@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.fe_model.shell_stack import ShellStack
 from kanefe.results.body_shape import BodyShape
 from kanefe.storage.hdf5 import Arrays, safe_name
 from kanefe.tree.neighbours import Neighbours
@@ -64,7 +65,7 @@ def shape_of(entry: Mapping[str, Any], number: int, arrays: Mapping[str, np.ndar
             name: Neighbours(tuple(found["unknown"]), tuple(found["known"]))
             for name, found in entry["neighbours"].items()
         },
-        elasticity=Elasticity(**found) if (found := within(f"{folder}/elasticity/", arrays)) else None,
+        elasticity=_elasticity(within(f"{folder}/elasticity/", arrays)),
         stress_modes=arrays.get(f"{folder}/stress_modes"),
         line=_line(within(f"{folder}/line/", arrays)),
     )
@@ -85,8 +86,10 @@ def _arrays_of_mesh(shape: BodyShape) -> Arrays:
         arrays |= {
             f"{folder}/elasticity/{f.name}": (value, "Pa of solids; N, N m2 of beams" if f.name == "table" else "1")
             for f in fields(shape.elasticity)
-            if (value := getattr(shape.elasticity, f.name)) is not None
+            if f.name != "shell" and (value := getattr(shape.elasticity, f.name)) is not None
         }
+        if (stack := shape.elasticity.shell) is not None:
+            arrays |= {f"{folder}/elasticity/shell/{f.name}": (getattr(stack, f.name), "SI") for f in fields(stack)}
     if shape.stress_modes is not None:
         arrays[f"{folder}/stress_modes"] = (shape.stress_modes, "Pa by modal coordinate")
     if shape.line is not None:
@@ -110,6 +113,13 @@ def _dense_basis(shape: BodyShape) -> np.ndarray:
 def within(folder: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return the arrays of a folder by their names in it."""
     return {where.removeprefix(folder): array for where, array in arrays.items() if where.startswith(folder)}
+
+
+def _elasticity(found: dict[str, np.ndarray]) -> Elasticity | None:
+    of_shell = within("shell/", found)
+    stack = ShellStack(**of_shell) if of_shell else None
+    own: dict[str, Any] = {name: value for name, value in found.items() if not name.startswith("shell/")}
+    return Elasticity(**own, shell=stack) if own else None
 
 
 def _line(found: dict[str, np.ndarray]) -> BeamLine | None:

@@ -28,6 +28,7 @@ SAVED_CLASSES = {
     "node group": "kanefe.fe_model.model:NodeGroup",
     "node shares": "kanefe.fe_model.node_shares:NodeShares",
     "section frame": "kanefe.bodies.exact.beam:SectionFrame",
+    "shell stack": "kanefe.fe_model.shell_stack:ShellStack",
     "relaxation": "kanefe.bodies.relaxation:Relaxation",
     "unreduced body": "kanefe.bodies.unreduced:UnreducedBody",
     "viscoelastic part": "kanefe.fe_model.model:ViscoelasticPart",

@@ -14,6 +14,7 @@ import numpy as np
 
 from kanefe.errors import FileError, MissingDependency, ModelError
 from kanefe.fe_model.model import CELL_TYPES
+from kanefe.fe_model.thick_shell import LAYERED, ThickShell, layered
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
@@ -47,7 +48,8 @@ _FRAME = re.compile(r"(body\d+|rigid|contacts|lines)_\d{4,}\.vtu")
 _QUOTES = {'"': "&quot;"}
 
 FieldData = Callable[[int], tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
-"""Scalars at the nodes (n,) and at the cells (cells,) of a body, by name, at an output time given by number."""
+"""Scalars at the nodes (n,) and at the cells (cells,) of a body, by name, at an output time given by number; of a shell
+at the points of its layers (`kanefe.fe_model.thick_shell.layered`)."""
 
 
 def write_series(
@@ -62,7 +64,8 @@ def write_series(
 ) -> Path:
     """Write the series that `Result.to_vtk` describes, optionally of chosen output times and with fields on bodies.
 
-    Each flexible body has one .vtu per frame: its deformed mesh in N, with the elastic displacement in the axes of N
+    Each flexible body has one .vtu per frame: its deformed mesh in N (of a shell with its thickness, and with fields
+    its layers), with the elastic displacement in the axes of N
     as point data. The rigid bodies share one: boxes of their mass and inertia; bodies without mass are not shown.
     Contacts share one: points with force, normal force, slip and status. Springs, ropes and other loads along a line
     share one: lines, and whether they are slack. The number of a body, contact or load is cell data ("body", "contact",
@@ -129,8 +132,13 @@ def _parts_of_bodies(result: Reader, scale: float, fields: Mapping[str, FieldDat
     for i, shape in enumerate(shapes):
         write = None
         if shape.is_flexible:
-            grid = _mesh_grid(shape, _number_of(result, shape))
-            write = partial(_write_mesh, result, shape, grid, scale, fields.get(shape.name))
+            data, number = fields.get(shape.name), _number_of(result, shape)
+            stack = shape.elasticity.shell if shape.elasticity is not None else None
+            if not all(block.kind in LAYERED for block in shape.cells):
+                stack = None  # beside beams and solids a shell is drawn by its surface
+            thick = None if stack is None else layered(shape.cells, stack, plies=data is not None)
+            grid = _mesh_grid(shape if thick is None else thick, number)
+            write = partial(_write_mesh, result, (shape, thick), grid, scale, data)
         yield _Part(shape.name, f"body{i}", names, write)
     boxes = _boxes(result, [shape for shape in shapes if not shape.is_flexible and shape.mass > 0.0])
     cubes = _grid(
@@ -204,7 +212,7 @@ def _grid(blocks: Sequence[tuple[str, np.ndarray]], numbers: Mapping[str, np.nda
     )
 
 
-def _mesh_grid(shape: BodyShape, number: np.ndarray | int) -> _Grid:
+def _mesh_grid(shape: BodyShape | ThickShell, number: np.ndarray | int) -> _Grid:
     blocks = [(block.kind, block.nodes) for block in shape.cells]
     return _grid(blocks or [("vertex", np.arange(len(shape.nodes))[:, None])], {"body": number})
 
@@ -220,7 +228,7 @@ def _number_of(result: Reader, shape: BodyShape) -> np.ndarray | int:
 
 def _write_mesh(
     result: Reader,
-    shape: BodyShape,
+    body: tuple[BodyShape, ThickShell | None],
     grid: _Grid,
     scale: float,
     data: FieldData | None,
@@ -228,9 +236,15 @@ def _write_mesh(
     frame: int,
     about: str,
 ) -> Path:
+    shape, thick = body
     A_NG = rotation_matrix(result.rotation(shape.name)[frame])
-    displacement = result.nodal_displacements(shape.name, frame, np.arange(len(shape.nodes))) @ A_NG.T
-    points = shape.nodes @ A_NG.T + result.position(shape.name)[frame] + scale * displacement
+    nodes = np.arange(len(shape.nodes)) if thick is None else thick.nodes
+    displacement, rest = result.nodal_displacements(shape.name, frame, nodes), shape.nodes[nodes]
+    if thick is not None:
+        turned = shape.rotations(result.modal_coordinates(shape.name)[[frame]], nodes)[0]
+        displacement, rest = displacement + np.cross(turned, thick.arms), rest + thick.arms
+    displacement = displacement @ A_NG.T
+    points = rest @ A_NG.T + result.position(shape.name)[frame] + scale * displacement
     at_nodes, at_cells = data(frame) if data is not None else ({}, {})
     return _write_grid(path, points, grid, {"displacement [m]": displacement, **at_nodes}, at_cells, about)
 

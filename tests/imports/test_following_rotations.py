@@ -13,7 +13,7 @@ import kanefe as kf
 from imported_bodies import Exported, folded_plate, solid_with_mast
 from kanefe.errors import FileError, ModelError
 from kanefe.frames import axis_rotation
-from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.nodal_inertia import NodalFormWarning
 
 TILTED = axis_rotation((2 / 3, 2 / 3, -1 / 3), 0.7)
 

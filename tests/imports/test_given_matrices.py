@@ -13,8 +13,8 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, FileError, KanefeError, ModelError
-from kanefe.imports.from_matrices import NodalFormWarning
 from kanefe.imports.mass_properties import mass_properties
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from kanefe.reduction import flexible_body
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
@@ -74,13 +74,11 @@ def test_seven_digits_are_round_off() -> None:
     assert abs(model.stiffness - model.stiffness.T).max() == 0.0
 
 
-def test_rotations_take_the_nodal_form_and_say_so() -> None:
-    with pytest.warns(NodalFormWarning, match="the inertia of the moving body is the nodal"):
-        model = given(BEAM.mass, BEAM.stiffness, BEAM.nodes, components=BEAM.components, groups={"root": 0, "tip": 6})
-    assert model.mass_field is None
+def test_nodes_that_rotate_have_exact_inertia() -> None:
+    model = given(BEAM.mass, BEAM.stiffness, BEAM.nodes, components=BEAM.components, groups={"root": 0, "tip": 6})
     body = flexible_body(model, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=3))
     reference = flexible_body(BEAM, {"root": "clamped", "tip": "rigid"}, reduction=kf.CraigBampton(modes=3))
-    assert not body.is_exact
+    assert body.is_exact
     assert body.frequencies == pytest.approx(reference.frequencies, rel=1e-9)
     assert body.mass == pytest.approx(reference.mass, rel=1e-12)
 
@@ -91,14 +89,19 @@ def test_no_warning_without_rotations() -> None:
         given()
 
 
-def test_a_lumped_matrix_with_directions_of_their_own_is_taken_in_nodal_form() -> None:
+def test_of_a_matrix_with_directions_of_their_own_the_rest_is_estimated() -> None:
     M = LATTICE.mass.toarray()
     M[0, 3] += 1e-3
     M[3, 0] += 1e-3
     M[0, 0] -= 1e-3
     M[3, 3] -= 1e-3  # the mass along x is the same, but M is not a scalar matrix
-    with pytest.warns(AccuracyWarning, match=r"mass between nodes 0 and 0 \(from 0\) differs between x and y"):
-        assert given(M).mass_field is None
+    with (
+        pytest.warns(AccuracyWarning, match=r"mass between nodes 0 and 0 \(from 0\) differs between x and y"),
+        pytest.warns(NodalFormWarning, match=r"0\.\d+ is estimated"),
+    ):
+        model = given(M)
+    assert model.mass_field is not None
+    assert abs(model.mass_field.mass_matrix() - M).max() < 1e-12 * M.max()
 
 
 def without(matrix: sp.csr_matrix, i: int, j: int) -> sp.csr_matrix:
@@ -275,8 +278,7 @@ def test_a_truncated_npz_is_named(tmp_path: Path) -> None:
 def test_mechanisms_are_detected_in_large_models() -> None:
     # above 400 degrees of freedom the lowest eigenvalues come from a sparse solve
     model = steel_beam(80)
-    with pytest.warns(NodalFormWarning):
-        kf.model_from_matrices(model.mass, model.stiffness, model.nodes, components=model.components)
+    kf.model_from_matrices(model.mass, model.stiffness, model.nodes, components=model.components)
     K = model.stiffness.toarray()
     half = 6 * 40
     # cut the beam in two: the element between nodes 39 and 40 goes

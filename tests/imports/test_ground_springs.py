@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError
-from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from steel_beams import steel_beam
 
 BEAM = steel_beam(20)

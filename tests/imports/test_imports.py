@@ -24,7 +24,7 @@ from kanefe.imports import (
     read_nastran,
     write_matrices,
 )
-from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from scenes import lattice_model
 from steel_beams import steel_beam
 
@@ -234,8 +234,7 @@ def test_units(units: Any, length: float, mass: float, tmp_path: Path) -> None:
     files = [
         write.abaqus_matrix(tmp_path / f"{n}.mtx", BEAM, m, labels) for n, m in zip(("K", "M"), theirs, strict=True)
     ]
-    with pytest.warns(NodalFormWarning):
-        model = read_abaqus(inp, *files, units=units, expected_mass=4.71)
+    model = read_abaqus(inp, *files, units=units, expected_mass=4.71)
     assert_same(model, BEAM, 1e-8)  # pound-force has nine digits here
 
 
@@ -269,8 +268,7 @@ def test_rotations_of_solid_nodes_follow_their_neighbours(tmp_path: Path) -> Non
         ]
         paths.append(tmp_path / f"{name}.mtx")
         paths[-1].write_text("\n".join(lines) + "\n")
-    with pytest.warns(NodalFormWarning):
-        model = read_abaqus(inp, *paths)
+    model = read_abaqus(inp, *paths)
     assert model.provenance["following_rotations"] == 3 * n
     # statics do not feel the rotations that were added: displacements under self-equilibrated loads are the same
     R = model.rigid_modes()

@@ -13,8 +13,8 @@ import scipy.linalg
 import import_writers as write
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError
-from kanefe.imports.from_matrices import NodalFormWarning
 from kanefe.imports.included import DeckWarning
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from scenes import lattice_model
 from steel_beams import steel_beam
 

@@ -13,9 +13,9 @@ import scipy.sparse as sp
 import kanefe as kf
 from kanefe.errors import ModelError, UnitWarning
 from kanefe.fe_model.model import MassField
-from kanefe.imports.from_matrices import NodalFormWarning
-from kanefe.imports.nodal_clouds import field_of_nodes
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from kanefe.imports.output4 import output4_matrices
+from kanefe.imports.rigid_parts import is_round_off, rigid_parts
 
 FRAME = Path(__file__).with_name("mystran_18_0_0.zip")
 """A portal of six CBAR, deck and KXX, MXX, PHIXG, MGG of SOL 31: MYSTRAN 18.0.0; two grid points have own axes."""
@@ -108,10 +108,9 @@ def test_consistent_masses_of_solids_are_points_of_the_nodes() -> None:
     scalar = scalar @ scalar.T
     M = sp.csr_matrix(np.kron(scalar, np.diag((1.0, 1.0, 1.0, 0.0, 0.0, 0.0))))
     shapes, points = rng.standard_normal((24, 5)), rng.standard_normal((4, 3))
-    field = field_of_nodes(M, shapes, points, np.zeros((5, 2), dtype=int))
-    assert field is not None
-    mass = MassField(field.points, field.mass, field.interpolation).mass_matrix()
-    np.testing.assert_allclose(mass.toarray(), shapes.T @ M @ shapes, rtol=1e-12)
-    rotary = M.tolil()
-    rotary[3, 9] = rotary[9, 3] = 1.0  # between rotations of two nodes: of no points
-    assert field_of_nodes(rotary.tocsr(), shapes, points, np.zeros((5, 2), dtype=int)) is None
+    field = rigid_parts(M, points, sp.csr_matrix(shapes)).field
+    assert len(field.points) == 4
+    np.testing.assert_allclose(field.mass_matrix().toarray(), shapes.T @ M @ shapes, rtol=1e-12)
+    across = M.tolil()
+    across[3, 6] = across[6, 3] = 1.0  # between a turn about x and a displacement along x: of no points
+    assert not is_round_off(across - rigid_parts(across.tocsr(), points, sp.csr_matrix(shapes)).mass, across)

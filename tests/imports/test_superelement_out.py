@@ -12,7 +12,7 @@ import scipy.linalg
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from kanefe.imports.superelement import superelement
 from kanefe_fem.beams.body import beam_body
 from steel_beams import craig_bampton, steel_beam
@@ -76,8 +76,7 @@ def test_nastran_is_read_back(body, tmp_path):
 def test_abaqus_is_read_back(body, tmp_path):
     path = tmp_path / "beam.inp"
     kf.write_superelement(body, path, "abaqus", modes=0)
-    with pytest.warns(NodalFormWarning):
-        model = kf.read_abaqus(path, substructure=path)
+    model = kf.read_abaqus(path, substructure=path)
     found = superelement(body, body.interfaces, 0)
     np.testing.assert_allclose(model.stiffness.toarray(), found.stiffness, rtol=1e-14)
     np.testing.assert_allclose(model.mass.toarray(), found.mass, rtol=1e-14)

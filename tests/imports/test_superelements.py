@@ -18,7 +18,7 @@ import kanefe as kf
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import FileError, KanefeError, ModelError
 from kanefe.fe_model.model import NodeGroup
-from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from steel_beams import craig_bampton, steel_beam
 
 FULL = steel_beam(20)

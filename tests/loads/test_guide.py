@@ -103,8 +103,8 @@ def test_a_trolley_moves_as_by_the_modal_equations_of_a_moving_mass(girder: kf.F
         ddw = -(omega**2) * y[:24] - shape * press / (0.5 * rho_A * LENGTH)
         return np.concatenate((y[24:48], ddw, (y[49], press / MASS - 9.81)))
 
-    own = solve_ivp(rates, (0.0, end), np.zeros(50), method="DOP853", rtol=1e-10, atol=1e-13, t_eval=(end / 2, end))
-    result = crossing(girder, is_driven=True).simulate((0.0, end), rtol=1e-9, output_step=end / 2)
+    own = solve_ivp(rates, (0.0, end), np.zeros(50), method="DOP853", rtol=1e-7, atol=1e-10, t_eval=(end / 2, end))
+    result = crossing(girder, is_driven=True).simulate((0.0, end), rtol=1e-7, output_step=end / 2)
     sag = result.position("trolley")[1:, 2]
     # some 13 modes across of 24 elements against 24 sines, and what slopes of 1e-3 change
     np.testing.assert_allclose(sag, own.y[48], atol=2e-3 * np.abs(own.y[48]).max())
@@ -115,10 +115,10 @@ def test_a_stiffer_guide_comes_to_the_rigid_one_as_one_over_its_stiffness_in_few
     values = load_references()["C07"].values
     beam, times = moving_force.simply_supported(values), np.linspace(0.0, 0.95 * LENGTH / 12.0, 51)
     under = moving_force.sags(values, times, 12.0 * times)
-    found = [moving_force.crossing(beam, values, stiffness) for stiffness in (1e5, 1e6, 1e7, 1e8, 1e9)]
+    found = [moving_force.crossing(beam, values, stiffness) for stiffness in (1e5, 1e7, 1e9)]
     gaps = [np.abs(result.position("runner")[:, 1] - under).max() for result in found]
     # to 1e-6 m of the time steps
-    np.testing.assert_allclose(gaps, values["force"] / np.array((1e5, 1e6, 1e7, 1e8, 1e9)), atol=1e-6)
+    np.testing.assert_allclose(gaps, values["force"] / np.array((1e5, 1e7, 1e9)), atol=1e-6)
     steps = [result.statistics["steps"] for result in found]
     assert steps[-1] < 3.0 * steps[0]
 

@@ -75,13 +75,13 @@ def is_closed_as_literally(recipe: Recipe, loops: int, size: float) -> bool:
     return True
 
 
-@settings(max_examples=60, derandomize=True, deadline=None, database=None, suppress_health_check=CHECKS)
+@settings(max_examples=30, derandomize=True, deadline=None, database=None, suppress_health_check=CHECKS)
 @given(recipes(bodies=8, loads=0), st.integers(1, 3), st.sampled_from((1e-8, 1e-5)))
 def test_rigid_loops(recipe: Recipe, loops: int, size: float) -> None:
     assume(is_closed_as_literally(recipe, loops, size))
 
 
-@settings(max_examples=40, derandomize=True, deadline=None, database=None, suppress_health_check=CHECKS)
+@settings(max_examples=20, derandomize=True, deadline=None, database=None, suppress_health_check=CHECKS)
 @given(recipes(bodies=8, loads=0, elastic=0.4), st.integers(1, 2))
 def test_loops_with_flexible_bodies(recipe: Recipe, loops: int) -> None:
     assume(is_closed_as_literally(recipe, loops, 1e-6))

@@ -77,25 +77,25 @@ def check_tree(model: Model, seed: int) -> None:
     compare(model, T, q, u, accelerations(State(model, T, q, u)), tolerance)
 
 
-@examples(100)
+@examples(50)
 @given(recipes())
 def test_rigid_trees(recipe: Recipe) -> None:
     check_tree(random_model(recipe), recipe.seed)
 
 
-@examples(70)
+@examples(35)
 @given(recipes(elastic=0.4))
 def test_trees_with_flexible_bodies(recipe: Recipe) -> None:
     check_tree(random_model(recipe), recipe.seed)
 
 
-@examples(50)
+@examples(25)
 @given(recipes(bodies=15, elastic=0.3, between=6))
 def test_trees_with_springs_and_bushings(recipe: Recipe) -> None:
     check_tree(random_model(recipe), recipe.seed)
 
 
-@examples(50)
+@examples(25)
 @given(recipes())
 def test_planar_trees(recipe: Recipe) -> None:
     model = planar_model(recipe)
@@ -122,19 +122,19 @@ def has_same_loops(recipe: Recipe, loops: int) -> bool:
     return True
 
 
-@examples(70)
+@examples(35)
 @given(recipes(bodies=12, loads=4), st.integers(1, 3))
 def test_rigid_loops(recipe: Recipe, loops: int) -> None:
     assume(has_same_loops(recipe, loops))
 
 
-@examples(50)
+@examples(25)
 @given(recipes(bodies=12, loads=4, elastic=0.4, between=2), st.integers(1, 3))
 def test_loops_with_flexible_bodies(recipe: Recipe, loops: int) -> None:
     assume(has_same_loops(recipe, loops))
 
 
-@examples(30)
+@examples(15)
 @given(recipes(bodies=12, elastic=0.7, loads=3, between=1, has_fluid=True))
 def test_trees_with_bodies_in_a_fluid_and_balls_with_rotors(recipe: Recipe) -> None:
     check_tree(random_model(recipe), recipe.seed)
@@ -146,7 +146,7 @@ def test_loops_with_bodies_in_a_fluid_and_balls_with_rotors(recipe: Recipe, loop
     assume(has_same_loops(recipe, loops))
 
 
-@examples(40)
+@examples(20)
 @given(recipes(bodies=12, loads=2))
 def test_rows_of_loops_that_are_open_and_slip(recipe: Recipe) -> None:
     # between its projections an integrator sees such states, and terms that vanish on closed loops

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError, SimulationError
 from kanefe.frames import skew
-from kanefe.imports.from_matrices import NodalFormWarning
+from kanefe.imports.nodal_inertia import NodalFormWarning
 from steel_beams import steel_beam
 
 
@@ -45,8 +45,7 @@ def test_modes_of_a_clamped_and_of_a_floating_bar(elements: int) -> None:
     assert held.is_exact
     # K of 80 elements has a condition of 1e9
     assert held.frequencies == pytest.approx(condensed_frequencies(model, 6)[:5], rel=1e-6)
-    with pytest.warns(NodalFormWarning):
-        turning = lumped(elements, about_axis=1e-4)
+    turning = lumped(elements, about_axis=1e-4)
     free = kf.flexible_body(turning, {}, reduction=kf.CraigBampton(modes=5))
     assert free.frequencies == pytest.approx(condensed_frequencies(turning, 0)[6:11], rel=1e-4)
 
@@ -98,8 +97,7 @@ def test_masses_beside_their_nodes_have_massless_turns_too() -> None:
     beam, arm = steel_beam(6), np.array((0.0, 0.02, 0.05))
     follow = np.hstack((np.eye(3), -skew(arm)))
     mass = sp.block_diag([0.5 * follow.T @ follow] * 7, format="csr")
-    with pytest.warns(NodalFormWarning):
-        model = kf.model_from_matrices(mass, beam.stiffness, beam.nodes, components=beam.components, groups={"root": 0})
+    model = kf.model_from_matrices(mass, beam.stiffness, beam.nodes, components=beam.components, groups={"root": 0})
     body = kf.flexible_body(model, {"root": "clamped"})
     inverse = scipy.linalg.eigvalsh(mass.toarray()[6:, 6:], model.stiffness.toarray()[6:, 6:])[::-1][:18]
     assert body.frequencies == pytest.approx(1 / np.sqrt(inverse) / (2 * np.pi), rel=1e-7)
@@ -140,7 +138,6 @@ def test_more_modes_than_masses_are_refused() -> None:
 @pytest.mark.parametrize("ends", [{}, {"root": "clamped", "tip": "rigid"}], ids=["floating", "clamped"])
 @pytest.mark.parametrize("about_axis", [0.0, 1e-4])
 @pytest.mark.filterwarnings("ignore::kanefe.errors.AccuracyWarning", "ignore::kanefe.errors.UnitWarning")
-@pytest.mark.filterwarnings("ignore::kanefe.imports.from_matrices.NodalFormWarning")
 def test_what_has_mass_does_not_depend_on_the_size_of_a_body(ends: dict[str, str], about_axis: float) -> None:
     beam = lumped(8, about_axis)
 

@@ -48,6 +48,8 @@ call("kanefe_fem.Material.viscoelastic", LOSSY.viscoelastic, band=(5.0, 500.0))
 call("kanefe_fem.prony_of_loss_factor", fem.prony_of_loss_factor, loss_factor=0.2, band=(5.0, 500.0))
 call("kanefe_fem.Ply", fem.Ply, material=STEEL, thickness=0.01, angle=0.1)
 call("kanefe_fem.Laminate", fem.Laminate, plies=[fem.Ply(STEEL, 0.01)], name="l")
+call("kanefe_fem.Strengths", fem.Strengths, Xt=1.5e9, Xc=1.2e9, Yt=5e7, Yc=2e8, S=7e7, interaction=-0.5)
+call("kanefe_fem.ShellFace", fem.ShellFace, side="bottom", of="body")
 call("kanefe_fem.Oriented", fem.Oriented, material=STEEL, axes=np.eye(3))
 
 
@@ -245,6 +247,12 @@ call(
     offset=(0.0, 0.0, 0.01),
     orientation=(0.0, 0.0, 1.0),
 )
+DECK = FILES / "sheet.bdf"
+DECK.write_text(
+    "BEGIN BULK\nGRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,1.,1.,0.\nGRID,4,,0.,1.,0.\nCQUAD4,1,7,1,2,3,4\n"
+    "PSHELL,7,1,0.02,1\nMAT1,1,7.E10,,0.33,2700.\nENDDATA\n"
+)
+call("kanefe_fem.shell_properties", fem.shell_properties, path=DECK, names=None)
 call("kanefe_fem.shell_model", fem.shell_model, mesh=SHEET, materials=STEEL, **SHELL)
 call(
     "kanefe_fem.shell_body",

@@ -14,6 +14,7 @@ from kanefe.errors import ModelError, UnitWarning, outside
 from kanefe.fe_model.damping import RayleighDamping
 from kanefe.fe_model.moduli import isotropic
 from kanefe_fem.materials.damping import described_losses, prony_of_loss_factor, put_losses
+from kanefe_fem.materials.strengths import Strengths, check_strengths, described_strengths
 from kanefe_fem.materials.voigt import one_number
 
 
@@ -59,6 +60,8 @@ class Material:
         factors of modes; runs need a Prony series, see `viscoelastic`.
     prony : sequence of (float, float)
         Arms of a generalised Maxwell model: weights, shares of the instantaneous modulus E, and relaxation times in s.
+    strengths : Strengths, optional
+        For failure indices of shells.
 
     Raises
     ------
@@ -80,6 +83,7 @@ class Material:
     damping: RayleighDamping | None = None
     loss_factor: float = 0.0
     prony: Sequence[tuple[float, float]] = ()
+    strengths: Strengths | None = None
 
     def __post_init__(self) -> None:
         label = f"material {self.name!r}" if self.name else "material"
@@ -98,6 +102,7 @@ class Material:
         if self.rho <= 0.0:
             raise ModelError(f"{label}: rho = {self.rho:g} kg/m3 must be positive. Remedy: steel has rho=7850")
         put_losses(self, label)
+        check_strengths(self, label)
 
     @checked("band")
     def viscoelastic(self, band: Sequence[float]) -> Material:
@@ -148,7 +153,8 @@ class Material:
 
     def describe(self) -> dict[str, object]:
         """Return the constants (json-able)."""
-        return {"E": self.E, "nu": self.nu, "rho": self.rho, "name": self.name, **described_losses(self)}
+        own = {"E": self.E, "nu": self.nu, "rho": self.rho, "name": self.name}
+        return {**own, **described_losses(self), **described_strengths(self)}
 
 
 def warn_of_units(label: str, E: float, rho: float, size: float, mass: float) -> None:

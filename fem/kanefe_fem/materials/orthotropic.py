@@ -12,6 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.damping import RayleighDamping
 from kanefe.frames import numbers
 from kanefe_fem.materials.damping import Losses, described_losses, put_losses
+from kanefe_fem.materials.strengths import Strengths, check_strengths, described_strengths
 from kanefe_fem.materials.voigt import check_density, check_numbers, check_stiffness
 
 
@@ -37,6 +38,8 @@ class Orthotropic:
         Used in messages only.
     damping, loss_factor, prony : optional
         As those of `Material`, of all moduli alike.
+    strengths : Strengths, optional
+        For failure indices of shells.
 
     Raises
     ------
@@ -65,6 +68,7 @@ class Orthotropic:
     damping: RayleighDamping | None = None
     loss_factor: float = 0.0
     prony: Sequence[tuple[float, float]] = ()
+    strengths: Strengths | None = None
 
     def __post_init__(self) -> None:
         moduli = ("E1", "E2", "E3", "G12", "G13", "G23", "rho")
@@ -93,11 +97,21 @@ class Orthotropic:
                 "when pulled along i"
             )
         put_losses(self, self._label)
+        check_strengths(self, self._label)
 
     @classmethod
     @checked
     def transversely_isotropic(
-        cls, *, E1: float, E2: float, nu12: float, nu23: float, G12: float, rho: float, name: str | None = None
+        cls,
+        *,
+        E1: float,
+        E2: float,
+        nu12: float,
+        nu23: float,
+        G12: float,
+        rho: float,
+        name: str | None = None,
+        strengths: Strengths | None = None,
     ) -> Orthotropic:
         """Return a material with the fibre direction 1 that is the same in all directions across it.
 
@@ -112,6 +126,8 @@ class Orthotropic:
         rho : float
             Density in kg/m3.
         name : str, optional
+        strengths : Strengths, optional
+            For failure indices of shells.
         """
         label = f"material {name!r}" if name else "material"
         across = check_numbers(label, ("E2",), (E2,), "moduli in Pa")[0]
@@ -129,6 +145,7 @@ class Orthotropic:
             G23=across / (2.0 * (1.0 + nu23)),
             rho=rho,
             name=name,
+            strengths=strengths,
         )
 
     @property
@@ -151,7 +168,8 @@ class Orthotropic:
     def describe(self) -> dict[str, object]:
         """Return the constants (json-able)."""
         own = {f.name: getattr(self, f.name) for f in fields(self) if not hasattr(Losses, f.name)}
-        return {"kind": "orthotropic", **own, **described_losses(self)}
+        own.pop("strengths")
+        return {"kind": "orthotropic", **own, **described_losses(self), **described_strengths(self)}
 
     @property
     def _E(self) -> np.ndarray:

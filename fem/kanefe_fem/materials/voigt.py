@@ -45,13 +45,18 @@ def rotated(stiffness: np.ndarray, axes: np.ndarray) -> np.ndarray:
     T takes stresses from M to G, ``s_G = T s_M``, and its transpose takes engineering strains from G to M (the Bond
     matrix; Auld, Acoustic Fields and Waves in Solids, 1973, sec. 3.D).
     """
+    T = bond_matrix(axes)
+    C = T @ stiffness @ np.swapaxes(T, -1, -2)
+    return np.asarray(0.5 * (C + np.swapaxes(C, -1, -2)))
+
+
+def bond_matrix(axes: np.ndarray) -> np.ndarray:
+    """Return T of `rotated`, which takes stresses to the components of G, shape (..., 6, 6)."""
     A = np.asarray(axes, dtype=float)
     # (A s A^T)_ab = sum over i <= j of (A_ai A_bj + A_aj A_bi) s_ij, once for i = j
     first = A[..., _ROWS[:, None], _ROWS] * A[..., _COLUMNS[:, None], _COLUMNS]
     second = A[..., _ROWS[:, None], _COLUMNS] * A[..., _COLUMNS[:, None], _ROWS]
-    T = first + np.where(_ROWS == _COLUMNS, 0.0, second)
-    C = T @ stiffness @ np.swapaxes(T, -1, -2)
-    return np.asarray(0.5 * (C + np.swapaxes(C, -1, -2)))
+    return np.asarray(first + np.where(_ROWS == _COLUMNS, 0.0, second))
 
 
 def plane_stress(stiffness: np.ndarray) -> np.ndarray:

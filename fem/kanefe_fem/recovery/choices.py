@@ -29,7 +29,8 @@ def nearest_frames(stored: np.ndarray, times: Sequence[float] | np.ndarray) -> n
 
 def material_row(name: str, shape: BodyShape, material: int | str) -> int:
     """Return the row of the table of moduli of a material, given as its group of cells or its number."""
-    table = checked_elasticity(name, shape).table
+    own = shape.elasticity
+    table = own.shell.forces if own is not None and own.shell is not None else checked_elasticity(name, shape).table
     groups = list(shape.provenance.get("materials", {}))
     if isinstance(material, str):
         if material not in groups or len(groups) != len(table):

@@ -20,9 +20,8 @@ from kanefe.fatigue.curve import SNCurve
 from kanefe.fatigue.mean_stress import MeanStress
 from kanefe.fatigue.miner import law_of
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.skin import skin
 from kanefe.kernels.fatigue.cycle_damage import SIGNED_VON_MISES, Correction, DamageLaw, damage_of_stresses
-from kanefe_fem.recovery.envelope import COMPONENTS
+from kanefe_fem.recovery.scalars import COMPONENTS
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 SIGNED = "signed_von_mises"
@@ -148,7 +147,7 @@ def damage_map(
     if len(eta) < 2:
         raise ModelError("a damage needs at least two output times. Remedy: simulate(..., output_step=...)")
     law, scalar = law_of(curve, mean_stress), (*COMPONENTS, SIGNED).index(quantity)
-    blocks = skin(fields.cells) or fields.cells
+    blocks = fields.outside
     every = np.arange(len(fields.nodes))  # of elements of the user without cells
     outside = np.unique(np.concatenate([block.nodes.ravel() for block in blocks])) if blocks else every
     part, numbers = fields.around(outside)

@@ -12,7 +12,8 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import Shape, shape
 from kanefe.frames import numbers
-from kanefe_fem.recovery.envelope import along
+from kanefe_fem.recovery.scalars import along
+from kanefe_fem.recovery.shell_fields import ShellFields
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 REACH = 0.1
@@ -43,7 +44,9 @@ class MeshPoint:
     position: np.ndarray
 
 
-def find_point(nodes: np.ndarray, cells: tuple[Cells, ...], wanted: np.ndarray, point: np.ndarray) -> MeshPoint:
+def find_point(
+    nodes: np.ndarray, cells: tuple[Cells, ...], wanted: np.ndarray, point: np.ndarray, slack: float = 0.0
+) -> MeshPoint:
     """Return a point in the chosen cells of a mesh, the nearest one if the given point lies just outside.
 
     Parameters
@@ -55,6 +58,8 @@ def find_point(nodes: np.ndarray, cells: tuple[Cells, ...], wanted: np.ndarray, 
         Which cells are searched.
     point : ndarray, shape (3,)
         Position in G, m.
+    slack : float
+        Distance from the mesh that is allowed anyway, m.
 
     Raises
     ------
@@ -85,7 +90,7 @@ def find_point(nodes: np.ndarray, cells: tuple[Cells, ...], wanted: np.ndarray, 
     if best is None:
         raise ModelError("no cell of the body has this material. Remedy: choose one of those it has")
     distance, size, found = best
-    if distance > REACH * size:
+    if distance > REACH * size + slack:
         raise ModelError(
             f"the point {point.tolist()} lies {distance:.3g} m outside of the mesh; the nearest point of it is "
             f"{found.position.round(9).tolist()}. Remedy: give a point of the body in its mesh frame G, in m"
@@ -132,6 +137,10 @@ def gauge_strains(
     if place.shape != (3,) or not np.isfinite(place).all():
         raise ModelError(f"position={position!r} of a gauge. Remedy: give three coordinates in G, in m")
     rows = np.array([along(unit("direction", direction)) for direction in directions])
+    if isinstance(fields, ShellFields):
+        thickness = float(fields.stack.thickness.max())
+        found = find_point(fields.nodes, fields.cells, fields.chosen_cells(material), place, thickness)
+        return np.asarray(fields.strain_at(found.nodes, found.weights, place - found.position, eta) @ rows.T)
     found = find_point(fields.nodes, fields.cells, fields.chosen_cells(material), place)
     part, numbers = fields.around(found.nodes)
     modes = part.modes("strain", "nodes", material)[numbers]

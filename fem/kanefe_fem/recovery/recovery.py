@@ -20,23 +20,29 @@ from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.instants.instant import Instant
 from kanefe.results.reader import LARGEST_TABLE, Reader
 from kanefe.results.selection import Frames, frame_index
-from kanefe_fem.recovery import envelope as measures
+from kanefe_fem.recovery import scalars as measures
 from kanefe_fem.recovery.choices import material_row, nearest_frames
-from kanefe_fem.recovery.envelope import SCALARS, TITLES, Envelope, Scalar, envelope_of
+from kanefe_fem.recovery.envelope import Envelope, envelope_of
 from kanefe_fem.recovery.fibre_stress import fibre_stress
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
 from kanefe_fem.recovery.given_stresses import GivenStresses
+from kanefe_fem.recovery.scalars import Scalar
+from kanefe_fem.recovery.shell_fields import ShellFields
+from kanefe_fem.recovery.shell_points import ShellStrains
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor
-from kanefe_fem.recovery.vtk_arrays import vtk_arrays
+from kanefe_fem.recovery.vtk_arrays import shell_vtk_arrays, vtk_arrays
 
 if TYPE_CHECKING:
     from kanefe.fatigue import MeanStress, SNCurve
     from kanefe_fem.recovery.damage_map import DamageMap
     from kanefe_fem.recovery.expressions import ExpressionTerms
     from kanefe_fem.recovery.section_forces import SectionForces
+    from kanefe_fem.recovery.shell_forces import ShellForces
+
+Face = Literal["top", "bottom", "middle"]
 
 
-@checked("name")
+@checked("name", "face", "ply")
 def recover(
     result: Reader | Instant,
     name: str,
@@ -44,6 +50,8 @@ def recover(
     times: Sequence[float] | np.ndarray | None = None,
     frames: Frames | None = None,
     material: int | str | None = None,
+    face: Face | None = None,
+    ply: int | None = None,
 ) -> Recovery:
     """Return the fields of a flexible body in a run; each is computed on demand.
 
@@ -60,6 +68,11 @@ def recover(
     material : int or str, optional
         Row of the body's table of moduli, or the group of cells that has it. Only its cells are used, and values at
         nodes elsewhere are NaN. Without it, stresses at nodes between two materials are means over both sides.
+    face : {"top", "bottom", "middle"}, optional
+        Of a shell, or of its ply: "top" is where the normal points. Without it scalars, such as `Recovery.von_mises`
+        and `Recovery.envelope`, are the worst of all faces and middles through the thickness.
+    ply : int, optional
+        Number of a ply of a laminate, from 0 at the bottom.
 
     Returns
     -------
@@ -89,6 +102,9 @@ def recover(
     chosen = frame_index(frames, len(result.times)) if times is None else nearest_frames(result.times, times)
     rows = np.atleast_1d(np.arange(len(result.times))[chosen])
     row = None if material is None else material_row(name, shape, material)
+    own = shape.elasticity
+    if (face is not None or ply is not None) and (own is None or own.shell is None):
+        raise ModelError(f"{name!r} is no shell and has no face or ply. Remedy: leave out face= and ply=")
     if f"relaxation of {name}" in result.loads:
         warnings.warn(
             f"stresses of the viscoelastic body {name!r} are those of its long-term moduli: what its arms carry while "
@@ -96,7 +112,7 @@ def recover(
             AccuracyWarning,
             stacklevel=outside(),
         )
-    return Recovery(result, name, rows, eta[rows], row)
+    return Recovery(result, name, rows, eta[rows], row, (face, ply))
 
 
 class Recovery:
@@ -117,6 +133,8 @@ class Recovery:
         Modal coordinates.
     material : int, optional
         Row of the table of moduli.
+    level : tuple of str and int, optional
+        Face and ply of a shell.
 
     Notes
     -----
@@ -125,13 +143,20 @@ class Recovery:
     """
 
     def __init__(
-        self, result: Reader, name: str, frames: np.ndarray, eta: np.ndarray, material: int | None = None
+        self,
+        result: Reader,
+        name: str,
+        frames: np.ndarray,
+        eta: np.ndarray,
+        material: int | None = None,
+        level: tuple[Face | None, int | None] = (None, None),
     ) -> None:
         self.result = result
         self.name = name
         self.frames = frames
         self.eta = eta
         self.material = material
+        self.level = level
         self._envelopes: dict[tuple[str, str], Envelope] = {}
 
     @property
@@ -149,7 +174,7 @@ class Recovery:
         made = []
         for name in names:
             eta = self.result.modal_coordinates(name)[self.frames]
-            made.append(Recovery(self.result, name, self.frames, eta, self.material))
+            made.append(Recovery(self.result, name, self.frames, eta, self.material, self.level))
         return made
 
     @property
@@ -174,11 +199,15 @@ class Recovery:
         """Return the stress at the nodes for given modal coordinates (r, k), shape (r, n, 6), Pa.
 
         For m beams it is the stress in p outer fibres at both ends of each, shape (r, m 2 p, 6); see
-        `kanefe_fem.recovery.fibre_stress`.
+        `kanefe_fem.recovery.fibre_stress`. For a shell it is that at its bottom and then at its top, (r, 2 P, 6), at
+        its P places (see `kanefe.fe_model.shell_stack.Places`).
         """
         if self.is_of_beams:
             return fibre_stress(self.result.body(self.name), np.atleast_2d(eta))
-        return self._fields().evaluate("stress", "nodes", np.atleast_2d(eta), self.material)
+        fields = self._fields()
+        if isinstance(fields, ShellFields):
+            return fields.faces_of(np.atleast_2d(eta))
+        return fields.evaluate("stress", "nodes", np.atleast_2d(eta), self.material)
 
     def strain_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:
         """Return the strain at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6)."""
@@ -188,10 +217,41 @@ class Recovery:
         """Return the stress at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6), Pa."""
         return self._tensor("stress", _place(at))
 
+    def stress_in_layer(self, at: Literal["nodes", "cells"] = "nodes") -> np.ndarray:
+        """Return the stress of a shell in the axes of the ply, (T, n, 6) or (T, cells, 6), Pa: 11, 22, 33, 23, 13, 12.
+
+        Raises
+        ------
+        ModelError
+            If the body is no shell, or no face was chosen.
+
+        Examples
+        --------
+        ``along_fibres = recover(result, "skin", ply=3, face="top").stress_in_layer()[..., 0]``
+        """
+        fields = self._fields()
+        if not isinstance(fields, ShellFields):
+            raise ModelError(f"{self.name!r} is no shell and has no layers. Remedy: stress_at_nodes")
+        return fields.in_layers(at, self.eta, self.material)
+
+    def scalar(self, quantity: Scalar, at: Literal["nodes", "cells"] = "nodes") -> np.ndarray:
+        """Return a scalar of the stress at the nodes (T, n) or cells (T, cells), Pa; failure indices: 1.
+
+        Parameters
+        ----------
+        quantity, at
+            As for `envelope`.
+        """
+        fields = self._fields()
+        if quantity not in fields.scalars or at not in ("nodes", "cells"):
+            raise ModelError(f"no scalar {quantity!r} at {at!r}. There are: {', '.join(fields.scalars)}; nodes, cells")
+        self._check_size(quantity, 6 * len(fields.nodes if at == "nodes" else fields.centroids))
+        return fields.scalar(quantity, at, self.eta, self.material)
+
     @property
     def von_mises(self) -> np.ndarray:
         """Von Mises' stress at the nodes, shape (T, n), Pa."""
-        return measures.von_mises(self.stress_at_nodes())
+        return self.scalar("von_mises")
 
     @property
     def principal(self) -> np.ndarray:
@@ -208,8 +268,9 @@ class Recovery:
 
         Parameters
         ----------
-        quantity : {"von_mises", "tresca", "max_principal", "min_principal", "max_shear"}
-            The least value is taken for "min_principal".
+        quantity : {"von_mises", "tresca", "max_principal", "min_principal", "max_shear", "tsai_wu", "max_stress"}
+            The least value is taken for "min_principal". The last two are failure indices of the layers of shells, 1
+            at failure.
         at : {"nodes", "cells"}
 
         Raises
@@ -265,7 +326,8 @@ class Recovery:
         Parameters
         ----------
         position : array_like, shape (3,)
-            Position of the gauge in G, m: on the mesh, or off it by at most a tenth of a cell (curved surfaces).
+            Position of the gauge in G, m: on the mesh, or off it by at most a tenth of a cell (curved surfaces). On a
+            shell it may be on the mesh, if a face was chosen, or on the face itself, which then needs no choice.
         direction : array_like, shape (3,)
             Direction of measurement in G, of any length.
 
@@ -302,6 +364,32 @@ class Recovery:
         """
         directions = rosette_directions(direction, normal, angles)
         return gauge_strains(self._fields(), self.eta, position, directions, self.material)
+
+    def shell_forces(self, along: Sequence[float] | np.ndarray | None = None) -> ShellForces:
+        """Return membrane forces, moments and shear forces per length of a shell; see `ShellForces`.
+
+        Parameters
+        ----------
+        along : array_like, shape (3,), optional
+            Direction in G whose part in the surface is axis 1. Default: axis 1 of the material; of one material without
+            axes, x, or y where the surface is nearly across x.
+
+        Raises
+        ------
+        ModelError
+            If the body is no shell, or the direction is not valid or across the surface somewhere.
+
+        Examples
+        --------
+        ``around = recover(result, "tank").shell_forces(along=(0, 0, 1))["N22"]``
+        """
+        from kanefe_fem.recovery.shell_forces import shell_forces
+
+        fields = self._fields()
+        if not isinstance(fields, ShellFields):
+            raise ModelError(f"{self.name!r} is no shell. Remedy: section_forces() of beams, or stress_at_nodes()")
+        self._check_size("section forces", 40 * len(fields.stack.places.node))
+        return shell_forces(fields, self.times, self.eta, along)
 
     def section_forces(self, stations: int = 2, *, inertia: bool = False) -> SectionForces:
         """Return the section forces along the elements of a body of beams; see `kanefe_fem.recovery.section_forces`.
@@ -370,7 +458,8 @@ class Recovery:
             Path of the .pvd file.
         quantities : sequence of str
             Scalars of `envelope` and "stress", "strain" (six components each, in the axes of G), at the nodes. Scalars
-            are also written at the centres of the cells, without averaging.
+            are also written at the centres of the cells, without averaging. A shell is written as cells of its layers,
+            with values at the bottom and top of each.
         scale : float
             Factor on the elastic displacements.
 
@@ -381,14 +470,25 @@ class Recovery:
         """
         from kanefe.views.vtk import write_series
 
-        unknown = [q for q in quantities if q not in (*SCALARS, "stress", "strain")]
-        if unknown or isinstance(quantities, str):
-            raise ModelError(f"quantities={quantities!r}: choose a list of {', '.join((*SCALARS, 'stress', 'strain'))}")
-        self._fields()
+        known = (*self._fields().scalars, "stress", "strain")
+        if isinstance(quantities, str) or any(q not in known for q in quantities):
+            raise ModelError(f"quantities={quantities!r}: choose a list of {', '.join(known)}")
         place = {int(frame): row for row, frame in enumerate(self.frames)}
 
+        fields = self._fields()
+        if isinstance(fields, ShellFields) and (self.level != (None, None) or self.material is not None):
+            raise ModelError("files of a shell have all its layers. Remedy: leave out face=, ply= and material=")
+        if isinstance(fields, ShellFields) and len(fields.cells) < len(self.result.body(self.name).cells):
+            raise ModelError(
+                f"{self.name!r} has a shell beside beams or solids, whose stresses are not written together. Remedy: "
+                "Result.to_vtk, and the arrays of recover(...)"
+            )
+
         def data(frame: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
-            return vtk_arrays(self._fields(), self.eta[place[frame]][None], quantities, self.material)
+            eta = self.eta[place[frame]][None]
+            if isinstance(fields, ShellFields):
+                return shell_vtk_arrays(fields, eta, quantities), {}
+            return vtk_arrays(fields, eta, quantities, self.material)
 
         return write_series(self.result, path, frames=self.frames, fields={self.name: data}, scale=scale)
 
@@ -404,6 +504,8 @@ class Recovery:
         limit: float | None = None,
     ) -> Path:
         """Draw the deformed body with a scalar of its stress in colours; needs pyvista.
+
+        A shell is drawn with its thickness and the values of both faces, or of the face or ply that was chosen.
 
         Parameters
         ----------
@@ -427,25 +529,15 @@ class Recovery:
         MissingDependency
             If pyvista is not installed: ``pip install 'kanefe[report]'``.
         """
-        from kanefe.views.pictures import write_field
+        from kanefe_fem.recovery.pictures import write_picture
 
-        if quantity not in SCALARS:
-            raise ModelError(f"there is no picture of {quantity!r}. There are: {', '.join(SCALARS)}")
-        fields = self._fields()
-        if frame is None:
-            values, points = self.envelope(quantity).values, fields.nodes
-        else:
-            values = SCALARS[quantity](fields.evaluate("stress", "nodes", self.eta[frame][None], self.material)[0])
-            moved = self.result.nodal_displacements(self.name, int(self.frames[frame]), np.arange(len(fields.nodes)))
-            size, largest = float(np.ptp(fields.nodes, axis=0).max()), float(abs(moved).max())
-            factor = scale if scale is not None else (0.05 * size / largest if largest > 0.0 else 1.0)
-            points = fields.nodes + factor * moved
-        label = f"{TITLES[quantity]} [MPa]"
-        last = None if limit is None else limit / 1e6
-        return write_field(path, points, fields.cells, values / 1e6, label, view=view, title=title, limit=last)
+        options = {"view": view, "title": title, "limit": limit}
+        return write_picture(self, self._fields(), path, quantity, frame, scale, options)
 
     def _fields(self) -> StrainFields:
         body = self.result.body(self.name)
+        if body.elasticity is not None and body.elasticity.shell is not None:
+            return ShellFields(ShellStrains.of_body(body), self.name, *self.level)
         if body.stress_modes is not None:
             return GivenStresses(self.name, body, body.stress_modes)
         return StrainFields.of_body(self.name, body)
@@ -453,13 +545,16 @@ class Recovery:
     def _tensor(self, what: Tensor, at: Place) -> np.ndarray:
         fields = self._fields()
         points = len(fields.nodes) if at == "nodes" else fields.cell_count * (8 if at == "gauss" else 1)
-        size = 48 * len(self.eta) * points
+        self._check_size(what, 6 * points)
+        return fields.evaluate(what, at, self.eta, self.material)
+
+    def _check_size(self, what: str, values: int) -> None:
+        size = 8 * len(self.eta) * values
         if size > LARGEST_TABLE:
             raise ModelError(
                 f"the {what} of {self.name!r} at {len(self.eta)} times takes up to {size / 2**30:.1f} GiB. Remedy: "
                 "choose times with recover(..., times=[...]), or take envelope()"
             )
-        return fields.evaluate(what, at, self.eta, self.material)
 
 
 def _place(at: str) -> Place:

@@ -19,8 +19,10 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, Cells, Elasticity
 from kanefe.fe_model.shapes import is_supported, shape
+from kanefe.fe_model.skin import skin
 from kanefe.results.body_shape import BodyShape
 from kanefe_fem.recovery.cell_strains import centroid, gauss_samples, strains
+from kanefe_fem.recovery.scalars import SCALARS
 
 Tensor = Literal["strain", "stress"]
 Place = Literal["nodes", "cells", "gauss"]
@@ -120,6 +122,20 @@ class StrainFields:
             field = self._field(what, at, self.displacements(eta), material)
             return np.moveaxis(field, -1, 0)
         return np.tensordot(eta, self.modes(what, at, material), axes=(1, -1))
+
+    @property
+    def outside(self) -> tuple[Cells, ...]:
+        """Cells with the nodes of the surface of the body."""
+        return skin(self.cells) or self.cells
+
+    @property
+    def scalars(self) -> tuple[str, ...]:
+        """Names of the scalars that there are."""
+        return tuple(SCALARS)
+
+    def scalar(self, quantity: str, at: Place, eta: np.ndarray, material: int | None = None) -> np.ndarray:
+        """Return a scalar of the stress, shape (T, n) or (T, cells), from coordinates (T, k)."""
+        return SCALARS[quantity](self.evaluate("stress", at, eta, material))
 
     def modes(self, what: Tensor, at: Place, material: int | None = None) -> np.ndarray:
         """Return the field of every unit coordinate, shape (n, 6, k), (cells, 6, k) or (cells, g, 6, k); kept."""

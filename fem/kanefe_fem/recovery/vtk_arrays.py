@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kanefe_fem.recovery.envelope import COMPONENTS, SCALARS
+from kanefe_fem.recovery.scalars import COMPONENTS, FAILURES
+from kanefe_fem.recovery.shell_fields import ShellFields
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 
@@ -20,22 +21,34 @@ def vtk_arrays(
     fields : StrainFields
     eta : ndarray, shape (1, k)
     quantities : sequence of str
-        Names in `SCALARS`, "stress" or "strain".
+        Names of the scalars of the fields, "stress" or "strain".
     material : int, optional
         Row of the table of moduli to which values at nodes are restricted.
     """
     point_data: dict[str, np.ndarray] = {}
     cell_data: dict[str, np.ndarray] = {}
-    needs_stress = any(quantity != "strain" for quantity in quantities)
-    at_nodes = fields.evaluate("stress", "nodes", eta, material)[0] if needs_stress else np.zeros(0)
     for quantity in quantities:
-        if quantity in SCALARS:
-            label = f"{quantity.replace('_', ' ')} [Pa]"
-            point_data[label] = SCALARS[quantity](at_nodes)
-            cell_data[label] = SCALARS[quantity](fields.evaluate("stress", "cells", eta)[0])
+        if quantity in fields.scalars:
+            label = f"{quantity.replace('_', ' ')} [{'1' if quantity in FAILURES else 'Pa'}]"
+            point_data[label] = fields.scalar(quantity, "nodes", eta, material)[0]
+            cell_data[label] = fields.scalar(quantity, "cells", eta)[0]
             continue
-        values = at_nodes if quantity == "stress" else fields.evaluate("strain", "nodes", eta, material)[0]
+        values = fields.evaluate("stress" if quantity == "stress" else "strain", "nodes", eta, material)[0]
         unit = " [Pa]" if quantity == "stress" else ""
         for number, component in enumerate(COMPONENTS):
             point_data[f"{quantity} {component}{unit}"] = values[:, number]
     return point_data, cell_data
+
+
+def shell_vtk_arrays(fields: ShellFields, eta: np.ndarray, quantities: Sequence[str]) -> dict[str, np.ndarray]:
+    """Return arrays of the points of `kanefe.fe_model.thick_shell.layered`, for modal coordinates (1, k)."""
+    found: dict[str, np.ndarray] = {}
+    for quantity in quantities:
+        if quantity in fields.scalars:
+            label = f"{quantity.replace('_', ' ')} [{'1' if quantity in FAILURES else 'Pa'}]"
+            found[label] = np.concatenate(fields.scalar_in_plies(quantity, eta))
+            continue
+        unit = " [Pa]" if quantity == "stress" else ""
+        values = np.concatenate(fields.tensor_in_plies("stress" if quantity == "stress" else "strain", eta))
+        found |= {f"{quantity} {component}{unit}": values[:, i] for i, component in enumerate(COMPONENTS)}
+    return found

@@ -14,8 +14,9 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import MeshError
-from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
+from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity, FiniteElementModel
 from kanefe.fe_model.progress import report_size, stage, stages
+from kanefe.fe_model.shell_stack import ShellStack
 from kanefe.fe_model.skin import skin
 from kanefe_fem import _fenicsx
 from kanefe_fem.lumped.parts import Lumped, attach
@@ -26,6 +27,7 @@ from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.shells.checks import check_surface
 from kanefe_fem.shells.directors import Directors, directors
+from kanefe_fem.shells.faces import Surfaces, checked_surfaces, shell_patterns
 from kanefe_fem.shells.joined import with_solid, with_stiffeners
 from kanefe_fem.shells.mass import mass_field
 from kanefe_fem.shells.measures import shell_measures, told, told_of_waves
@@ -34,6 +36,7 @@ from kanefe_fem.shells.orientation import consistent
 from kanefe_fem.shells.pairs import of_nine_nodes
 from kanefe_fem.shells.problem import ShellCells, ShellProblem, stress_stiffness
 from kanefe_fem.shells.seams import seams_of
+from kanefe_fem.shells.stack import BlockOfGroup, shell_stack
 from kanefe_fem.shells.stiffener import Stiffener, checked_stiffeners
 from kanefe_fem.shells.stiffeners import stiffener_lines
 from kanefe_fem.solids.body import solid_model
@@ -57,6 +60,7 @@ class ShellKeywords(TypedDict, total=False):
     fold: float
     shear_factor: float | None
     cells: str | Sequence[str] | None
+    surfaces: Surfaces
     beams: Mapping[str, Stiffener] | None
     lumped: Sequence[Lumped]
 
@@ -71,6 +75,7 @@ def shell_model(
     fold: float = FOLD,
     shear_factor: float | None = None,
     cells: str | Sequence[str] | None = None,
+    surfaces: Surfaces = (),
     beams: Mapping[str, Stiffener] | None = None,
     lumped: Sequence[Lumped] = (),
 ) -> FiniteElementModel:
@@ -98,6 +103,9 @@ def shell_model(
         Shear correction. Default: that of the stack of layers, 5/6 if it is homogeneous.
     cells : str or sequence of str, optional
         The groups of cells that form the body. Default: all.
+    surfaces : sequence of str, or dict of str to str, Place, function or ShellFace
+        What carries distributed loads: groups of cells, on whose top tractions and pressures act, and groups of lines,
+        for loads per length; or new names, for faces (`ShellFace`: top or bottom) and places.
     beams : dict of str to Stiffener, optional
         Beams along groups of lines of the mesh.
     lumped : sequence of LumpedMass or LumpedSpring
@@ -130,11 +138,13 @@ def shell_model(
     solids = set() if of_solids is None else set(of_solids.cells)
     own = {k: v for k, v in materials.items() if k not in solids} if isinstance(materials, Mapping) else materials
     by_group = materials_by_group(mesh, own, 2, "stress")
+    loaded = checked_surfaces(mesh, surfaces)
     groups = shell_groups(mesh, by_group, thickness, offset, shear_factor)
     mesh, turned = _ready(check_surface(mesh, is_whole=of_solids is None))
     nodes = np.asarray(mesh.nodes)
     found = directors(nodes, mesh.cell_blocks, fold)
-    given = _shell_cells(mesh, groups, found)
+    blocks = _blocks(mesh, groups, found)
+    given = _shell_cells(blocks, groups)
     read = time.perf_counter()
     count = len(nodes)
     report_size(6 * count)
@@ -152,6 +162,8 @@ def shell_model(
         mass_field=field,
         cells=mesh.cell_blocks,
         groups=node_groups(mesh, is_shell=True),
+        load_patterns=shell_patterns(mesh, loaded, groups, blocks, found),
+        elasticity=_elasticity(shell_stack(list(groups.values()), blocks, found)),
         stress_stiffness=stress_stiffness(problems, count),
         provenance={
             "source": mesh.source,
@@ -213,7 +225,7 @@ def shell_body(
     progress : bool, optional
         Whether to show the stages. Default: on a terminal, for a large body.
     **model
-        offset, fold, shear_factor, cells, beams and lumped, as for `shell_model`.
+        offset, fold, shear_factor, cells, surfaces, beams and lumped, as for `shell_model`.
 
     Examples
     --------
@@ -298,25 +310,34 @@ def _ready(mesh: Mesh) -> tuple[Mesh, int]:
     return replace(lifted, nodes=nodes, cells=made), turned
 
 
-def _shell_cells(mesh: Mesh, groups: Mapping[str, ShellGroup], found: Directors) -> list[ShellCells]:
-    """Return the cells of each shape, of all groups, with what they are made of."""
-    sides = iter(found.of_cells)
-    by_kind: dict[str, list[tuple[int, Cells, np.ndarray]]] = {}
+def _elasticity(stack: ShellStack) -> Elasticity:
+    return Elasticity(np.zeros((0, 6, 6)), stack.of_cell, shell=stack)
+
+
+def _blocks(mesh: Mesh, groups: Mapping[str, ShellGroup], found: Directors) -> list[BlockOfGroup]:
+    """Return the blocks of cells of all groups with what they are made of."""
+    sides, own, made = iter(found.of_cells), list(groups.values()), []
     for number, blocks in enumerate(mesh.cells.values()):
         for block in blocks:
-            by_kind.setdefault(block.kind, []).append((number, block, next(sides)))
-    sections, own = tuple(group.section for group in groups.values()), list(groups.values())
-    made = []
-    for kind, parts in by_kind.items():
-        corners = [mesh.nodes[block.nodes] for _, block, _ in parts]
+            x = mesh.nodes[block.nodes]
+            thickness, along = own[number].at_nodes(x), own[number].along(x, block.kind)
+            made.append(BlockOfGroup(number, block, next(sides), thickness, along))
+    return made
+
+
+def _shell_cells(blocks: Sequence[BlockOfGroup], groups: Mapping[str, ShellGroup]) -> list[ShellCells]:
+    """Return the cells of each shape, of all groups."""
+    sections, made = tuple(group.section for group in groups.values()), []
+    for kind in dict.fromkeys(one.cells.kind for one in blocks):
+        own = [one for one in blocks if one.cells.kind == kind]
         made.append(
             ShellCells(
-                cells=Cells(kind, np.concatenate([block.nodes for _, block, _ in parts])),
-                sides=np.concatenate([side for _, _, side in parts]),
-                thickness=np.concatenate([own[i].at_nodes(x) for (i, _, _), x in zip(parts, corners, strict=True)]),
-                along=np.concatenate([own[i].along(x, kind) for (i, _, _), x in zip(parts, corners, strict=True)]),
+                cells=Cells(kind, np.concatenate([one.cells.nodes for one in own])),
+                sides=np.concatenate([one.sides for one in own]),
+                thickness=np.concatenate([one.thickness for one in own]),
+                along=np.concatenate([one.along for one in own]),
                 sections=sections,
-                of_cell=np.concatenate([np.full(len(block.nodes), i) for i, block, _ in parts]),
+                of_cell=np.concatenate([np.full(len(one.sides), one.group) for one in own]),
             )
         )
     return made

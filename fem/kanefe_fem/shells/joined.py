@@ -19,6 +19,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import Cells, FiniteElementModel, MassField, NodeGroup, StressStiffness, fields_together
 from kanefe.fe_model.shapes import shape
 from kanefe_fem.shells.assumed import block_diagonal
@@ -111,6 +112,7 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
         following=sp.vstack((unit, _directions(seams, size)), format="csr"),
         cells=(*shell.cells, *(Cells(block.kind, block.nodes + count) for block in solid.cells)),
         groups=_groups(shell, solid, seams),
+        load_patterns={name: _wide_pattern(one, parts.motion) for name, one in shell.load_patterns.items()},
         damping=parts.joined(shell.damping, solid.damping),
         structural=parts.joined(shell.structural, solid.structural),
         viscoelastic=tuple(replace(one, stiffness=parts.joined(None, one.stiffness)) for one in solid.viscoelastic),
@@ -123,6 +125,13 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
             "dofs": size,
         },
     )
+
+
+def _wide_pattern(pattern: NodalPattern, motion: sp.csr_matrix) -> NodalPattern:
+    """Return the pattern of a load on the shell over the components of both."""
+    of_shell = motion[: len(pattern.traction)].T
+    pressure = None if pattern.pressure is None else of_shell @ pattern.pressure
+    return replace(pattern, traction=of_shell @ pattern.traction, pressure=pressure)
 
 
 def _half_curl(solid: FiniteElementModel) -> sp.csr_matrix:

@@ -76,6 +76,11 @@ class ShellGroup:
         self.section: ShellSection = section(self.plain, _offset_of(name, offset), shear_factor)
 
     @property
+    def is_isotropic(self) -> bool:
+        """Whether all layers have the same moduli in all directions."""
+        return _is_isotropic(self.material)
+
+    @property
     def described(self) -> float | str:
         """The thickness for the record: a number in m, or that it varies."""
         return "a function" if callable(self.thickness) else self.thickness
@@ -99,7 +104,7 @@ class ShellGroup:
         element = shape(kind)
         centre = element.nodes[: element.corners].mean(axis=0)[None]
         tangents = np.einsum("pna,mni->mai", element.gradients(centre), x)
-        if _is_isotropic(self.material):  # any direction does
+        if self.is_isotropic:  # any direction does
             return np.ascontiguousarray(tangents[:, 0])
         first = np.broadcast_to((1.0, 0.0, 0.0), (len(x), 3))
         if isinstance(self.material, Oriented):

@@ -82,7 +82,7 @@ class ShellProblem:
         self.space = _fenicsx.lagrange_space(fx, self.mesh, element, 6)
         self.nodes_of_space = _fenicsx.node_of_dof(fx, self.space, self.cells, element)
         self.corners, self.thickness = nodes[self.cells], given.thickness[original]
-        self.area, rise = _sizes(element, self.corners, self.normals)
+        self.area, rise = cell_sizes(element, self.corners, self.normals)
         _fenicsx.check_numbering(self.space, nodes, self.nodes_of_space)
         self.typical = self.thickness.mean(axis=1)
         self.membrane_share = 1.0 / (1.0 + (rise / self.typical) ** 2 / SAGITTA)
@@ -225,7 +225,7 @@ def stress_stiffness(problems: Sequence[ShellProblem], count: int) -> StressStif
     return geometric_stiffness
 
 
-def _sizes(element: Shape, corners: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def cell_sizes(element: Shape, corners: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the area of cells in m2, and how far they rise over their chords, in m, shapes (m,).
 
     The rise is the second fundamental form along the edges of the reference cell, ``x,a . n,b``, its mean square.

@@ -18,7 +18,8 @@ import numpy as np
 
 from kanefe_fem.materials.laminate import Laminate
 from kanefe_fem.materials.oriented import SolidMaterial, axes_at_angle
-from kanefe_fem.materials.voigt import plane_stress, rotated
+from kanefe_fem.materials.strengths import strengths_of
+from kanefe_fem.materials.voigt import IN_PLANE, plane_stress, rotated
 
 ACROSS = (4, 3)
 """Voigt indices of the transverse shears 13 and 23, in the order of the axes 1 and 2."""
@@ -37,6 +38,12 @@ class Layer:
         Stresses 13, 23 from strains, Pa.
     rho : float
         kg/m3.
+    across : ndarray, shape (3,)
+        Strain 33 from strains 11, 22, 12 in plane stress.
+    angle : float
+        From axis 1 of the shell to that of the layer, rad.
+    strengths : ndarray, shape (6,)
+        See `kanefe_fem.materials.strengths`; NaN if there are none.
     """
 
     bottom: float
@@ -44,6 +51,9 @@ class Layer:
     plane: np.ndarray
     shear: np.ndarray
     rho: float
+    across: np.ndarray
+    angle: float
+    strengths: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,35 +142,62 @@ def _layer(material: SolidMaterial, bottom: float, top: float, angle: float) -> 
     C = rotated(material.stiffness, axes_at_angle(angle))
     compliance = np.linalg.inv(C)
     shear = np.linalg.inv(compliance[np.ix_(ACROSS, ACROSS)])
-    return Layer(float(bottom), float(top), plane_stress(C), shear, float(material.rho))
+    plane = plane_stress(C)
+    across = compliance[2, IN_PLANE] @ plane
+    strengths = strengths_of(material)
+    return Layer(float(bottom), float(top), plane, shear, float(material.rho), across, angle, strengths)
 
 
 def _moment(layer: Layer, power: int) -> float:
-    return (layer.top ** (power + 1) - layer.bottom ** (power + 1)) / (power + 1)
+    return _power(layer.bottom, layer.top, power)
 
 
 def _shear_of_stack(layers: Sequence[Layer]) -> np.ndarray:
-    """Return S1 from the shear stresses that balance bending in two directions.
-
-    Stresses of a moment M without forces, ``Q (b + z d) M``, grow along the plate as ``M,x = Q_x`` and ``M,y = Q_y``;
-    their balance gives shear stresses ``F(z) (Q_x, Q_y)``, whose energy is that of S (Rohwer, Improved transverse shear
-    stiffnesses for layered finite elements, DFVLR-FB 88-32, 1988).
-    """
-    A, B, D = (sum(layer.plane * _moment(layer, power) for layer in layers) for power in range(3))
-    curvature = np.linalg.inv(D - B @ np.linalg.solve(A, B))
-    stretch = -np.linalg.solve(A, B @ curvature)
-    x, w = np.polynomial.legendre.leggauss(3)  # F is quadratic in a layer, so that its energy has degree 4
-    below, compliance = np.zeros((2, 2)), np.zeros((2, 2))
-
-    def grown(layer: Layer, z: float) -> np.ndarray:
-        """Return the integral of the growth of stresses from the bottom of a layer to z."""
-        of = layer.plane @ (stretch * (z - layer.bottom) + curvature * (z**2 - layer.bottom**2) / 2.0)
-        return np.array([[of[0, 0], of[2, 1]], [of[2, 0], of[1, 1]]])
-
-    for layer in layers:
+    """Return S1 from the energy of the shear stresses that balance bending (see `ShearStress`)."""
+    stresses = ShearStress([(layer.bottom, layer.top) for layer in layers], [layer.plane for layer in layers])
+    x, w = np.polynomial.legendre.leggauss(3)  # they are quadratic in a layer, so that their energy has degree 4
+    compliance = np.zeros((2, 2))
+    for number, layer in enumerate(layers):
         half = (layer.top - layer.bottom) / 2.0
         for place, weight in zip(x, w, strict=True):
-            F = below + grown(layer, layer.bottom + half * (1.0 + place))
+            F = stresses.at(number, layer.bottom + half * (1.0 + place))
             compliance += half * weight * F.T @ np.linalg.solve(layer.shear, F)
-        below = below + grown(layer, layer.top)
     return np.asarray(np.linalg.inv(compliance))
+
+
+class ShearStress:
+    """Shear stresses through a stack that balance bending in two directions.
+
+    Stresses of a moment M without forces, ``Q (b + z d) M``, grow along the plate as ``M,x = Q_x`` and ``M,y = Q_y``;
+    their balance gives shear stresses ``F(z) (Q_x, Q_y) / t`` (Rohwer, Improved transverse shear stiffnesses for
+    layered finite elements, DFVLR-FB 88-32, 1988). One layer has the parabola with 3/2 in the middle.
+
+    Parameters
+    ----------
+    heights : sequence of (float, float)
+        Bottom and top of the layers, as fractions of the thickness.
+    planes : sequence of ndarray, shape (3, 3)
+        Plane stiffness of the layers, Pa.
+    """
+
+    def __init__(self, heights: Sequence[Sequence[float]], planes: Sequence[np.ndarray]) -> None:
+        self.heights, self.planes = heights, planes
+        pairs = list(zip(heights, planes, strict=True))
+        A, B, D = (sum(Q * _power(bottom, top, n) for (bottom, top), Q in pairs) for n in range(3))
+        self.curvature = np.linalg.inv(D - B @ np.linalg.solve(A, B))
+        self.stretch = -np.linalg.solve(A, B @ self.curvature)
+        self.below = [np.zeros((2, 2))]
+        for number, (_, top) in enumerate(heights):
+            self.below.append(self.at(number, top))
+
+    def at(self, number: int, z: float) -> np.ndarray:
+        """Return F, stresses 13 and 23 from shear forces 1 and 2 over the thickness, in a layer at a height, (2, 2)."""
+        bottom = self.heights[number][0]
+        grown = self.stretch * _power(bottom, z, 0) + self.curvature * _power(bottom, z, 1)
+        of = self.planes[number] @ grown
+        return np.asarray(self.below[number] - np.array([[of[0, 0], of[2, 1]], [of[2, 0], of[1, 1]]]))
+
+
+def _power(bottom: float, top: float, power: int) -> float:
+    """Return the integral of a power of the height."""
+    return (top ** (power + 1) - bottom ** (power + 1)) / (power + 1)

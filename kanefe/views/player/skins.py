@@ -1,14 +1,15 @@
 """The skin of a flexible body as points that move by its coordinates, and triangles between them.
 
-The points of a solid are nodes. A beam is drawn with the outline of its sections if it is known, else as boxes with the
-same axial and bending stiffness, as far as rectangles can have it (see `equivalent_sides`). Nodes without cells are
-drawn as small octahedra.
+The points of a solid are nodes. A shell is drawn with its thickness. A beam is drawn with the outline of its sections
+if it is known, else as boxes with the same axial and bending stiffness, as far as rectangles can have it (see
+`equivalent_sides`). Nodes without cells are drawn as small octahedra.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -16,11 +17,13 @@ from kanefe.fe_model.model import Cells, Elasticity
 from kanefe.fe_model.shapes import is_supported
 from kanefe.fe_model.shapes import shape as element
 from kanefe.fe_model.skin import skin as outside
+from kanefe.fe_model.thick_shell import thick_skin
 from kanefe.results.body_shape import BodyShape
 from kanefe.views.player.creases import SMOOTH
 
 if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
+    from kanefe.fe_model.shell_stack import ShellStack
 
 THIN = 0.01
 """Side of a beam with unknown section, and size of a node without cells, relative to the body's size."""
@@ -100,7 +103,7 @@ class Skin:
         moved = shape.displacements(eta, self.nodes)
         if self.arms is None:
             return moved
-        return moved + np.cross(_rotations(shape, eta, self.nodes), self.arms)
+        return moved + np.cross(shape.rotations(eta, self.nodes), self.arms)
 
     def part(self, rows: slice) -> Skin:
         """Return some of the points, without triangles."""
@@ -134,6 +137,12 @@ def skin_of(shape: Meshed) -> Skin:
         if is_supported(block.kind):
             blocks[element(block.kind).dimension].append(block)
     lines, facets = blocks[1], [*blocks[2], *outside(blocks[3])]
+    stack = shape.elasticity.shell if shape.elasticity is not None else None
+    if stack is not None:
+        thick = thick_skin(blocks[2], stack)
+        return replace(
+            _of_facets(shape.nodes[thick.nodes] + thick.arms, thick.cells), nodes=thick.nodes, arms=thick.arms
+        )
     if facets:
         return _of_facets(shape.nodes, facets)
     return _of_beams(shape, lines) if lines else _of_nodes(shape.nodes)
@@ -152,7 +161,7 @@ def equivalent_sides(stretch: np.ndarray, about_y: np.ndarray, about_z: np.ndarr
     return np.sqrt(12.0 * about_z / stretch), np.sqrt(12.0 * about_y / stretch)
 
 
-def _of_facets(nodes: np.ndarray, facets: list[Cells]) -> Skin:
+def _of_facets(nodes: np.ndarray, facets: Sequence[Cells]) -> Skin:
     used = np.unique(np.concatenate([block.nodes.ravel() for block in facets]))
     triangles, lines = [], []
     for block in facets:
@@ -162,6 +171,16 @@ def _of_facets(nodes: np.ndarray, facets: list[Cells]) -> Skin:
         lines.append(np.stack((rim, np.roll(rim, -1, axis=1)), axis=-1).reshape(-1, 2))
     edges = np.unique(np.sort(np.concatenate(lines), axis=1), axis=0)
     return Skin(used, None, nodes[used], np.concatenate(triangles), edges)
+
+
+def _of_shell(nodes: np.ndarray, blocks: dict[int, list[Cells]], stack: ShellStack) -> Skin:
+    """Return the skin of a shell with its thickness, and after it that of solids in one mesh with it."""
+    thick, solids = thick_skin(blocks[2], stack), outside(blocks[3])
+    own = np.unique(np.concatenate([np.zeros(0, dtype=int), *(block.nodes.ravel() for block in solids)]))
+    moving = np.concatenate((thick.nodes, own))
+    arms = np.concatenate((thick.arms, np.zeros((len(own), 3))))
+    after = [Cells(block.kind, len(thick.nodes) + np.searchsorted(own, block.nodes)) for block in solids]
+    return replace(_of_facets(nodes[moving] + arms, [*thick.cells, *after]), nodes=moving, arms=arms)
 
 
 def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
@@ -244,13 +263,3 @@ def _of_nodes(nodes: np.ndarray) -> Skin:
     points = (nodes[chosen][:, None] + size * _TIPS).reshape(-1, 3)
     triangles = (len(_TIPS) * np.arange(len(chosen))[:, None, None] + _OCTAHEDRON).reshape(-1, 3)
     return Skin(moving, None, points, triangles, np.zeros((0, 2), dtype=int))
-
-
-def _rotations(shape: BodyShape, eta: np.ndarray, nodes: np.ndarray) -> np.ndarray:
-    """Return the rotations of nodes in G, (r, len(nodes), 3) in rad, from coordinates (r, k)."""
-    found, width, basis = np.zeros((len(eta), len(nodes), 3)), len(shape.components), shape.basis
-    for axis, name in enumerate(("rx", "ry", "rz")):
-        if name in shape.components:
-            rows: Any = basis[nodes * width + shape.components.index(name)]
-            found[:, :, axis] = (rows @ eta.T).T
-    return found

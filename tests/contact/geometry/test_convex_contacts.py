@@ -110,7 +110,7 @@ def test_shapes_apart_are_as_far_as_coal_says(one, other):
 @pytest.mark.parametrize("other", CONVEX.values(), ids=list(CONVEX))
 def test_places_share_the_whole_and_one_is_the_deepest(one, other):
     rng, pair = np.random.default_rng(4), Pair(one, other)
-    for _ in range(6):
+    for _ in range(3):
         R, x = turned(rng), rng.standard_normal(3)
         gap, normal, _ = pair.gap(R, x)
         x = x - (gap + 1e-3) * normal  # 1 mm deep along it
@@ -142,7 +142,7 @@ def test_a_least_way_out_parts_shapes():
 @pytest.mark.parametrize("depth", [1e-6, 1e-4, 5e-3])
 def test_no_way_out_is_longer_than_the_one_that_is_known(depth):
     """Three shapes in a hundred once were 0.03 m in each other: a flat tetrahedron seemed to be all around."""
-    for seed in range(6):
+    for seed in range(2):
         rng = np.random.default_rng(100 + seed)
         for one in CONVEX.values():
             for other in CONVEX.values():
@@ -156,7 +156,7 @@ def test_a_cylinder_that_rocks_on_a_box_changes_its_places_continuously():
     """It lies, tilts both ways and rolls: force and moment of a stiffness of one have no jumps."""
     pair, radius = Pair(shapes.Cylinder(0.05, 0.2, "x"), shapes.Box((1.0, 1.0, 0.2))), 0.05
     for step in (1e-4, 1e-5):
-        angles = np.arange(-100, 101) * step
+        angles = np.arange(-40, 41) * step
         wrenches = []
         for angle in angles:
             slots = pair.slots(tilted("y", angle), np.array((0.1, 0.2, 0.1 + radius - 1e-3)))[1]
@@ -165,7 +165,7 @@ def test_a_cylinder_that_rocks_on_a_box_changes_its_places_continuously():
         # half the length is 0.1 m, where a turn moves it by as much, and the arm is as long
         assert np.abs(np.diff([w[0] for w in wrenches])).max() < 0.1 * step
         assert np.abs(np.diff([w[1][0] for w in wrenches])).max() < 0.2 * 0.1 * step
-        assert wrenches[100][0] == pytest.approx(1e-3, rel=1e-6)
+        assert wrenches[len(wrenches) // 2][0] == pytest.approx(1e-3, rel=1e-6)
 
 
 @pytest.mark.parametrize("turn", [0.0, 0.3])

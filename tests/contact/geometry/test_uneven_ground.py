@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize, minimize_scalar
+from scipy.optimize import brentq, minimize, minimize_scalar
 
 import kanefe as kf
 from kanefe import shapes
@@ -16,11 +16,7 @@ FIELD = shapes.HeightField(GRID, GRID, HILLS)
 
 def height(a: float, b: float) -> float:
     """Return the height of the field, from where a point of no radius is on it."""
-    low, high = -1.0, 1.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (low, middle) if FIELD.distance((a, b, middle))[0] > 0.0 else (middle, high)
-    return 0.5 * (low + high)
+    return float(brentq(lambda c: FIELD.distance((a, b, c))[0], -1.0, 1.0, xtol=1e-15))
 
 
 @pytest.mark.parametrize("above", [-0.3, 0.0, 0.4, 1.0])

@@ -29,29 +29,37 @@ KNOWN: dict[str, tuple[tuple[str, ...], dict[str, str]]] = {
 
 def assembly_of(name: str, folder: Path, **keywords: Any) -> Assembly:
     names = KNOWN[name][0]
-    path = write_step(folder / f"{name}.step", getattr(step_files, name), names=names)
+    path = folder / f"{name}.step"
+    if not path.exists():
+        write_step(path, getattr(step_files, name), names=names)
     return read_step(path, **{"materials": 7850.0} | keywords)
 
 
 @pytest.fixture(scope="module")
-def hinge(tmp_path_factory: pytest.TempPathFactory) -> Assembly:
-    return assembly_of("hinge", tmp_path_factory.mktemp("hinge"))
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder in which each file is written once."""
+    return tmp_path_factory.mktemp("assemblies")
+
+
+@pytest.fixture(scope="module")
+def hinge(folder: Path) -> Assembly:
+    return assembly_of("hinge", folder)
 
 
 @pytest.mark.parametrize("name", KNOWN)
-def test_the_joints_of_known_assemblies_are_proposed_and_no_others(tmp_path, name):
-    found = assembly_of(name, tmp_path, overlaps=False)
+def test_the_joints_of_known_assemblies_are_proposed_and_no_others(folder, name):
+    found = assembly_of(name, folder, overlaps=False)
     assert {joint.name: joint.kind for joint in found.joints.values()} == KNOWN[name][1]
     assert tuple(found.parts) == KNOWN[name][0]
 
 
-def test_a_proposed_joint_has_its_axis_radius_play_and_certainty(hinge, tmp_path):
+def test_a_proposed_joint_has_its_axis_radius_play_and_certainty(hinge, folder):
     pin = hinge.joints["pin in arm"]
     assert pin.point == pytest.approx([0.0, 0.0, 0.022], abs=1e-9)  # the middle of the arm's eye
     assert pin.axis == pytest.approx([0.0, 1.0, 0.0], abs=1e-9)
     assert (pin.radius, pin.play) == (pytest.approx(0.004), pytest.approx(0.0, abs=1e-9))
     assert pin.certainty == "likely"
-    shaft = assembly_of("shaft_with_play", tmp_path, overlaps=False).joints["shaft in bearing"]
+    shaft = assembly_of("shaft_with_play", folder, overlaps=False).joints["shaft in bearing"]
     assert shaft.play == pytest.approx(1e-4, rel=1e-6)
     assert shaft.certainty == "possible"  # a flange lies on the bearing: a bolt would too
     assert "a hinge with a shoulder, or a bolt" in str(shaft)
@@ -70,16 +78,16 @@ def test_parts_have_the_masses_of_their_solids(hinge):
     assert inside > 0.0
 
 
-def test_materials_by_part_and_for_all_others(tmp_path):
-    found = assembly_of("hinge", tmp_path, materials={"pin": STEEL, "*": 2700.0}, overlaps=False)
+def test_materials_by_part_and_for_all_others(folder):
+    found = assembly_of("hinge", folder, materials={"pin": STEEL, "*": 2700.0}, overlaps=False)
     densities = {name: part.density for name, part in found.parts.items()}
     assert densities == {"fork": 2700.0, "arm": 2700.0, "pin": STEEL.rho}
 
 
-def test_a_group_of_faces_cannot_have_the_name_of_a_joint(tmp_path):
+def test_a_group_of_faces_cannot_have_the_name_of_a_joint(folder):
     tip = {"pin in arm": kf.OnPlane((0.054, 0, 0), (1, 0, 0))}
     with pytest.raises(ModelError, match="'pin in arm' is a proposed joint, whose faces are a group already"):
-        assembly_of("hinge", tmp_path, materials=STEEL, flexible=["arm"], size=0.02, faces=tip, overlaps=False)
+        assembly_of("hinge", folder, materials=STEEL, flexible=["arm"], size=0.02, faces=tip, overlaps=False)
 
 
 def test_what_does_not_fit_is_told(tmp_path):
@@ -132,9 +140,9 @@ def test_loops_are_closed_by_what_is_taken_beyond_a_tree(tmp_path):
 
 
 @pytest.mark.fenicsx
-def test_a_flexible_part_is_a_body_with_its_joints_as_interfaces(tmp_path):
+def test_a_flexible_part_is_a_body_with_its_joints_as_interfaces(folder):
     materials = {"arm": STEEL, "*": 7850.0}
-    found = assembly_of("hinge", tmp_path, materials=materials, flexible=["arm"], size=0.008, overlaps=False)
+    found = assembly_of("hinge", folder, materials=materials, flexible=["arm"], size=0.008, overlaps=False)
     assert set(found.parts["arm"].mesh.facets) == {"pin in arm"}
     scene = found.scene("fork", {"pin in fork": "fixed", "pin in arm": "revolute"}, reduction=kf.CraigBampton(modes=2))
     arm = next(entry for entry in scene._entries if entry.name == "arm").flexible
@@ -153,16 +161,16 @@ def test_a_flexible_part_is_a_body_with_its_joints_as_interfaces(tmp_path):
         ({"materials": {"arm": Material(E=1e9, nu=0.3, rho=1e3), "*": 1e3}, "flexible": "arm"}, "needs a size"),
     ],
 )
-def test_bad_input_is_named(tmp_path, keywords, message):
+def test_bad_input_is_named(folder, keywords, message):
     with pytest.raises(ModelError, match=message):
-        assembly_of("hinge", tmp_path, **keywords)
+        assembly_of("hinge", folder, **keywords)
 
 
-def test_other_files_and_parts_without_material_are_refused(tmp_path, hinge):
+def test_other_files_and_parts_without_material_are_refused(tmp_path, folder, hinge):
     (tmp_path / "part.stl").write_text("solid")
     with pytest.raises(FileError, match="no STEP or BREP file"):
         read_step(tmp_path / "part.stl")
-    found = assembly_of("slider", tmp_path, materials=None, overlaps=False)
+    found = assembly_of("slider", folder, materials=None, overlaps=False)
     assert "no material, 5." in str(found) or "no material" in str(found)
     with pytest.raises(ModelError, match="'slot' has no material, and so no mass"):
         found.scene("slot", ["slot on box"])

@@ -7,7 +7,7 @@ import kanefe as kf
 from kanefe.errors import ModelError
 from kanefe.fe_model.skin import skin
 from kanefe_fem.recovery.damage_map import SIGNED
-from kanefe_fem.recovery.envelope import von_mises
+from kanefe_fem.recovery.scalars import von_mises
 from recovered_boxes import fields_of, mesh_of, recovered
 
 CURVE = kf.fatigue.SNCurve(amplitude=50e6, cycles=1e6, slope=5, slope_below=9)

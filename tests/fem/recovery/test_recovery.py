@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from fem_meshes import KINDS, box
-from kanefe_fem.recovery import envelope as measures
+from kanefe_fem.recovery import scalars as measures
 from kanefe_fem.recovery.gauges import find_point, rosette_principal
 from kanefe_fem.recovery.recovery import recover
 from kanefe_fem.recovery.strain_fields import StrainFields

@@ -277,7 +277,7 @@ def test_inertial_leaves_interfaces_and_patterns_linear():
     assert np.abs(line - full.moments.quadratic_first).max() < 0.1 * np.abs(line).max()
 
 
-@pytest.mark.filterwarnings("ignore::kanefe.imports.from_matrices.NodalFormWarning")
+@pytest.mark.filterwarnings("ignore::kanefe.imports.nodal_inertia.NodalFormWarning")
 def test_given_matrices_stiffen_as_the_beams_they_come_from():
     """K_g of unit loads made beforehand; the inertia of the nodal form is that of the field in the plane."""
     beams = straight_beam(1.0, Rectangle(0.02, 0.01), STEEL, elements=6, planar=True)

@@ -1,0 +1,161 @@
+"""Shells of decks: materials, thicknesses and offsets of Nastran and Abaqus as `shell_body` takes them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg as spla
+
+import kanefe as kf
+from kanefe.errors import FileError
+from kanefe_fem import Laminate, Oriented, shell_body, shell_model, shell_properties
+
+E, NU, RHO, T, OFFSET = 7e10, 0.3, 2700.0, 0.02, 0.35
+LENGTH, WIDTH, CELLS = 1.0, 0.2, 4
+
+
+def grid() -> tuple[np.ndarray, np.ndarray]:
+    """Nodes of a strip along x, and quadrangles with normals along z."""
+    x, y = np.meshgrid(np.linspace(0.0, LENGTH, CELLS + 1), (0.0, WIDTH), indexing="ij")
+    nodes = np.column_stack((x.ravel(), y.ravel(), np.zeros(x.size)))
+    first = 2 * np.arange(CELLS)[:, None]
+    return nodes, 1 + first + np.array((0, 2, 3, 1))
+
+
+def nastran(path: Path, shell: str = "PSHELL,7,1,0.02,1", last: str = "", turned: bool | None = False) -> Path:
+    nodes, cells = grid()
+    lines = [f"GRID,{i},,{x:.9g},{y:.9g},{z:.9g}" for i, (x, y, z) in enumerate(nodes, 1)]
+    lines += [f"CQUAD4,{i},7,{a},{b},{c},{d}{last}" for i, (a, b, c, d) in enumerate(cells.tolist(), 1)]
+    if turned is None:
+        lines = lines[: len(nodes)] + [f"CQUAD4,{i},7,{d},{c},{b},{a}{last}" for i, (a, b, c, d) in enumerate(cells, 1)]
+    if turned:
+        a, b, c, d = cells[-1].tolist()
+        lines[-1] = f"CQUAD4,{CELLS},7,{d},{c},{b},{a}{last}"
+    lines += [f"MAT1,1,{E:g},,{NU},{RHO}", "MAT8,2,1.4E11,9.E9,0.3,5.E9,5.E9,3.5E9,1600.", *shell.split("/")]
+    path.write_text("BEGIN BULK\n" + "\n".join(lines) + "\nENDDATA\n")
+    return path
+
+
+def abaqus(path: Path, section: str) -> Path:
+    nodes, cells = grid()
+    rows = [f"{i},{x:.9g},{y:.9g},{z:.9g}" for i, (x, y, z) in enumerate(nodes, 1)]
+    elements = [f"{i},{a},{b},{c},{d}" for i, (a, b, c, d) in enumerate(cells.tolist(), 1)]
+    path.write_text(
+        "\n".join(
+            [
+                "*NODE",
+                *rows,
+                "*ELEMENT, TYPE=S4R, ELSET=STRIP",
+                *elements,
+                "*MATERIAL, NAME=ALU",
+                "*ELASTIC",
+                f"{E:g},{NU}",
+                "*DENSITY",
+                f"{RHO}",
+                "*MATERIAL, NAME=CFRP",
+                "*ELASTIC, TYPE=LAMINA",
+                "1.4E11,9.E9,0.3,5.E9,5.E9,3.5E9",
+                "*DENSITY",
+                "1600.",
+                *section.split("/"),
+                "",
+            ]
+        )
+    )
+    return path
+
+
+def deflection(path: Path) -> float:
+    """Deflection of the tip under an axial force of 1 N/m at the nodes of the tip, root held."""
+    model = shell_model(path, **shell_properties(path))
+    held = np.flatnonzero(model.nodes[:, 0] < 1e-9)
+    tip = np.flatnonzero(model.nodes[:, 0] > LENGTH - 1e-9)
+    load = np.zeros(model.size)
+    # Simpson's shares of the three nodes of the edge, by their y
+    load[6 * tip] = np.where(np.abs(model.nodes[tip, 1] - WIDTH / 2) < 1e-6, 4.0, 1.0) / 6.0 * WIDTH
+    free = np.setdiff1d(np.arange(model.size), (6 * held[:, None] + np.arange(6)).ravel())
+    u = np.zeros(model.size)
+    K = model.stiffness.tocsc()
+    u[free] = spla.spsolve(K[free][:, free], load[free])
+    return float(u[6 * tip + 2].mean())
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_an_eccentric_plate_bends_by_its_offset(sign: float, tmp_path: Path) -> None:
+    """A strip with its middle z0 above the nodes, pulled at the nodes by N: w = N z0 L^2 / 2 E I."""
+    height = sign * OFFSET * T
+    of_nastran = nastran(tmp_path / "a.bdf", last=f",,{height:.9g}")
+    of_abaqus = abaqus(tmp_path / "a.inp", f"*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, OFFSET={-sign * OFFSET}/{T}, 5")
+    bent = [deflection(path) for path in (of_nastran, of_abaqus)]
+    # pulled below its middle the strip bends up there: curvature N z0 / (E I), free at its sides
+    expected = height * LENGTH**2 / 2.0 * 12.0 / (E * T**3)
+    assert bent[0] == pytest.approx(bent[1], rel=1e-9)
+    assert bent[0] == pytest.approx(expected, rel=0.02)  # the root is held across, too
+
+
+def test_plies_keep_their_heights_and_angles(tmp_path: Path) -> None:
+    """Both programs: the first ply is the bottom; 0 along x, 30 about the normal."""
+    found = shell_properties(nastran(tmp_path / "a.bdf", "PCOMP,7,-0.002,,,,,,/,2,0.002,0.,,2,0.001,30.", ",0."))
+    layers = "*SHELL SECTION, ELSET=STRIP, COMPOSITE, OFFSET=0.16666666666666666/0.002, 3, CFRP, 0./0.001, 3, CFRP, 30."
+    other = shell_properties(abaqus(tmp_path / "a.inp", layers))
+    of_nastran, of_abaqus = found["materials"]["7"], other["materials"]["STRIP"]
+    assert isinstance(of_nastran, Oriented)
+    np.testing.assert_allclose(of_nastran.axes, np.eye(3), atol=1e-12)
+    for laminate in (of_nastran.material, of_abaqus):
+        assert isinstance(laminate, Laminate)
+        assert [round(float(ply.thickness), 9) for ply in laminate.plies] == [0.002, 0.001]
+        assert np.degrees([ply.angle for ply in laminate.plies]) == pytest.approx([0.0, 30.0])
+    assert found["offset"]["7"] == pytest.approx(0.5 - 0.002 / 0.003)
+    assert other["offset"]["STRIP"] == pytest.approx(found["offset"]["7"])
+
+
+def test_a_body_from_a_deck(tmp_path: Path) -> None:
+    path = nastran(tmp_path / "a.bdf")
+    given = shell_properties(path)
+    assert (given["thickness"], given["offset"]) == ({"7": T}, {"7": 0.0})
+    body = shell_body(
+        path,
+        interfaces={"root": kf.Interface("all", at=kf.OnPlane((0, 0, 0), (1, 0, 0)))},
+        reduction=kf.CraigBampton(modes=2),
+        **given,
+    )
+    assert body.mass == pytest.approx(RHO * LENGTH * WIDTH * T)
+
+
+@pytest.mark.parametrize(
+    ("shell", "last", "turned", "match"),
+    [
+        (
+            "PSHELL,7,1,0.02",
+            "",
+            False,
+            r"PSHELL 7 \(line \d+\) bends by another material than it stretches, or by none",
+        ),
+        ("PSHELL,7,1,,1", "", False, r"has no thickness"),
+        ("PSHELL,7,1,0.02,1,,,,3.", "", False, r"has NSM"),
+        ("PSHELL,7,9,0.02,9", "", False, r"has material 9, which is no MAT1 or MAT8"),
+        ("PSHELL,7,2,0.02,2", ",3", False, r"CQUAD4 1 \(line \d+\) has axes by a coordinate system"),
+        ("PSHELL,7,1,0.02,1", ",,0.001", True, r"the normals of \d shells are on the other side"),
+        ("PSHELL,7,1,0.02,1", ",,0.001", None, r"along -z"),
+        ("PSOLID,7,1", "", False, r"has no PSHELL or PCOMP"),
+    ],
+)
+def test_what_is_not_read_is_named(shell: str, last: str, turned: bool | None, match: str, tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=match):
+        shell_properties(nastran(tmp_path / "a.bdf", shell, last, turned))
+
+
+@pytest.mark.parametrize(
+    ("section", "match"),
+    [
+        ("*SHELL SECTION, ELSET=STRIP, MATERIAL=NONE/0.02", r"has material 'NONE', which has no \*ELASTIC"),
+        ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU/0.", r"has the thickness 0"),
+        ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, NODAL THICKNESS/0.02", r"has NODALTHICKNESS, which is not read"),
+        ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, ORIENTATION=O/0.02", r"has an ORIENTATION"),
+    ],
+)
+def test_sections_that_are_not_read_are_named(section: str, match: str, tmp_path: Path) -> None:
+    with pytest.raises(FileError, match=match):
+        shell_properties(abaqus(tmp_path / "a.inp", section))
