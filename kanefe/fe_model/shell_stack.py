@@ -11,7 +11,7 @@ import numpy as np
 from kanefe.fe_model.shapes import row_numbers
 
 
-class Places(NamedTuple):
+class FacePlaces(NamedTuple):
     """Where the fields of a shell are continuous: one for each side of a node and each section there.
 
     Attributes
@@ -91,13 +91,13 @@ class ShellStack:
     forces: np.ndarray
 
     @cached_property
-    def places(self) -> Places:
+    def places(self) -> FacePlaces:
         """Where fields are continuous."""
         section = self.of_cell[self.cells]
         keys = row_numbers(np.column_stack((self.nodes[self.sides], self.sides, section)))
         _, first, place = np.unique(keys, return_index=True, return_inverse=True)
         side = self.sides[first]
-        return Places(place.ravel(), self.nodes[side], section[first], self.directors[side], self.thickness[first])
+        return FacePlaces(place.ravel(), self.nodes[side], section[first], self.directors[side], self.thickness[first])
 
     def heights_of(self, section: np.ndarray) -> np.ndarray:
         """Return the bottom and the top of the whole thickness of sections, shape (..., 2), as fractions of it."""

@@ -61,6 +61,7 @@ WORDS_OF_WARNINGS = {
     "mesh",
     "modes",
     "nodal form",
+    "shell stack",
     "simulation",
     "tie",
     "units",

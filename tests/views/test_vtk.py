@@ -124,7 +124,7 @@ def test_the_box_has_the_inertia_it_stands_for(seed):
 def test_cells_keep_their_order_of_nodes(kind, number, count, tmp_path):
     result, nodes = robot(), np.random.default_rng(0).permutation(27)[:count][None] % 7
     shape = dataclasses.replace(result.body("arm"), cells=(Cells(kind, nodes),))
-    file = vtk._write_mesh(result, shape, vtk._mesh_grid(shape, 0), 1.0, None, tmp_path / "a", 0, "")
+    file = vtk._write_mesh(result, (shape, None), vtk._mesh_grid(shape, 0), 1.0, None, tmp_path / "a", 0, "")
     grid = read_grid(file)
     assert grid["types"].tolist() == [number]
     assert grid["connectivity"].tolist() == nodes[0].tolist()
@@ -132,7 +132,7 @@ def test_cells_keep_their_order_of_nodes(kind, number, count, tmp_path):
 
 def test_a_body_without_cells_is_a_cloud_of_points(tmp_path):
     shape = dataclasses.replace(robot().body("arm"), cells=())
-    grid = read_grid(vtk._write_mesh(robot(), shape, vtk._mesh_grid(shape, 0), 1.0, None, tmp_path / "a", 0, ""))
+    grid = read_grid(vtk._write_mesh(robot(), (shape, None), vtk._mesh_grid(shape, 0), 1.0, None, tmp_path / "a", 0, ""))
     assert grid["types"].tolist() == [1] * 7
 
 

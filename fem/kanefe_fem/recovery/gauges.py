@@ -13,7 +13,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import Shape, shape
 from kanefe.frames import numbers
 from kanefe_fem.recovery.scalars import along
-from kanefe_fem.recovery.shell_fields import ShellFields
+from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 REACH = 0.1
@@ -137,7 +137,7 @@ def gauge_strains(
     if place.shape != (3,) or not np.isfinite(place).all():
         raise ModelError(f"position={position!r} of a gauge. Remedy: give three coordinates in G, in m")
     rows = np.array([along(unit("direction", direction)) for direction in directions])
-    if isinstance(fields, ShellFields):
+    if isinstance(fields, ShellStrainFields):
         thickness = float(fields.stack.thickness.max())
         found = find_point(fields.nodes, fields.cells, fields.chosen_cells(material), place, thickness)
         return np.asarray(fields.strain_at(found.nodes, found.weights, place - found.position, eta) @ rows.T)

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.fe_model.thick_shell import thick_skin
 from kanefe_fem.recovery.scalars import FAILURES, TITLES, Scalar
-from kanefe_fem.recovery.shell_fields import ShellFields
+from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def write_picture(
         raise ModelError(f"there is no picture of {quantity!r}. There are: {', '.join(fields.scalars)}")
     eta = recovery.eta if frame is None else recovery.eta[frame][None]
     nodes, arms, cells = np.arange(len(fields.nodes)), None, fields.cells
-    if isinstance(fields, ShellFields) and fields.face is None and fields.ply is None:
+    if isinstance(fields, ShellStrainFields) and fields.face is None and fields.ply is None:
         values, thick = fields.faces_scalar(quantity, eta), thick_skin(cells, fields.stack)
         nodes, arms, cells = thick.nodes, thick.arms, thick.cells
     elif frame is None:

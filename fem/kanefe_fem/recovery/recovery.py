@@ -27,7 +27,7 @@ from kanefe_fem.recovery.fibre_stress import fibre_stress
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
 from kanefe_fem.recovery.given_stresses import GivenStresses
 from kanefe_fem.recovery.scalars import Scalar
-from kanefe_fem.recovery.shell_fields import ShellFields
+from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.shell_points import ShellStrains
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor
 from kanefe_fem.recovery.vtk_arrays import shell_vtk_arrays, vtk_arrays
@@ -205,7 +205,7 @@ class Recovery:
         if self.is_of_beams:
             return fibre_stress(self.result.body(self.name), np.atleast_2d(eta))
         fields = self._fields()
-        if isinstance(fields, ShellFields):
+        if isinstance(fields, ShellStrainFields):
             return fields.faces_of(np.atleast_2d(eta))
         return fields.evaluate("stress", "nodes", np.atleast_2d(eta), self.material)
 
@@ -230,7 +230,7 @@ class Recovery:
         ``along_fibres = recover(result, "skin", ply=3, face="top").stress_in_layer()[..., 0]``
         """
         fields = self._fields()
-        if not isinstance(fields, ShellFields):
+        if not isinstance(fields, ShellStrainFields):
             raise ModelError(f"{self.name!r} is no shell and has no layers. Remedy: stress_at_nodes")
         return fields.in_layers(at, self.eta, self.material)
 
@@ -386,7 +386,7 @@ class Recovery:
         from kanefe_fem.recovery.shell_forces import shell_forces
 
         fields = self._fields()
-        if not isinstance(fields, ShellFields):
+        if not isinstance(fields, ShellStrainFields):
             raise ModelError(f"{self.name!r} is no shell. Remedy: section_forces() of beams, or stress_at_nodes()")
         self._check_size("section forces", 40 * len(fields.stack.places.node))
         return shell_forces(fields, self.times, self.eta, along)
@@ -476,9 +476,9 @@ class Recovery:
         place = {int(frame): row for row, frame in enumerate(self.frames)}
 
         fields = self._fields()
-        if isinstance(fields, ShellFields) and (self.level != (None, None) or self.material is not None):
+        if isinstance(fields, ShellStrainFields) and (self.level != (None, None) or self.material is not None):
             raise ModelError("files of a shell have all its layers. Remedy: leave out face=, ply= and material=")
-        if isinstance(fields, ShellFields) and len(fields.cells) < len(self.result.body(self.name).cells):
+        if isinstance(fields, ShellStrainFields) and len(fields.cells) < len(self.result.body(self.name).cells):
             raise ModelError(
                 f"{self.name!r} has a shell beside beams or solids, whose stresses are not written together. Remedy: "
                 "Result.to_vtk, and the arrays of recover(...)"
@@ -486,7 +486,7 @@ class Recovery:
 
         def data(frame: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
             eta = self.eta[place[frame]][None]
-            if isinstance(fields, ShellFields):
+            if isinstance(fields, ShellStrainFields):
                 return shell_vtk_arrays(fields, eta, quantities), {}
             return vtk_arrays(fields, eta, quantities, self.material)
 
@@ -537,7 +537,7 @@ class Recovery:
     def _fields(self) -> StrainFields:
         body = self.result.body(self.name)
         if body.elasticity is not None and body.elasticity.shell is not None:
-            return ShellFields(ShellStrains.of_body(body), self.name, *self.level)
+            return ShellStrainFields(ShellStrains.of_body(body), self.name, *self.level)
         if body.stress_modes is not None:
             return GivenStresses(self.name, body, body.stress_modes)
         return StrainFields.of_body(self.name, body)

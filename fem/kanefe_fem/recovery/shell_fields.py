@@ -41,7 +41,7 @@ class Level(NamedTuple):
     height: np.ndarray
 
 
-class ShellFields(StrainFields):
+class ShellStrainFields(StrainFields):
     """Fields of a shell at a face, or in a ply; without both, scalars are the worst through the thickness.
 
     Parameters

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe_fem.recovery.scalars import PLANE
-from kanefe_fem.recovery.shell_fields import Level, ShellFields
+from kanefe_fem.recovery.shell_fields import Level, ShellStrainFields
 from kanefe_fem.recovery.shell_strains import axes_about
 
 NAMES = ("N11", "N22", "N12", "M11", "M22", "M12", "Q1", "Q2")
@@ -53,13 +53,13 @@ class ShellForces:
 
 
 def shell_forces(
-    fields: ShellFields, times: np.ndarray, eta: np.ndarray, along: Sequence[float] | np.ndarray | None = None
+    fields: ShellStrainFields, times: np.ndarray, eta: np.ndarray, along: Sequence[float] | np.ndarray | None = None
 ) -> ShellForces:
     """Return the section forces at coordinates (T, k).
 
     Parameters
     ----------
-    fields : ShellFields
+    fields : ShellStrainFields
     times : ndarray, shape (T,)
     eta : ndarray, shape (T, k)
     along : array_like, shape (3,), optional

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kanefe_fem.recovery.scalars import COMPONENTS, FAILURES
-from kanefe_fem.recovery.shell_fields import ShellFields
+from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.strain_fields import StrainFields
 
 
@@ -40,7 +40,7 @@ def vtk_arrays(
     return point_data, cell_data
 
 
-def shell_vtk_arrays(fields: ShellFields, eta: np.ndarray, quantities: Sequence[str]) -> dict[str, np.ndarray]:
+def shell_vtk_arrays(fields: ShellStrainFields, eta: np.ndarray, quantities: Sequence[str]) -> dict[str, np.ndarray]:
     """Return arrays of the points of `kanefe.fe_model.thick_shell.layered`, for modal coordinates (1, k)."""
     found: dict[str, np.ndarray] = {}
     for quantity in quantities:
