@@ -20,6 +20,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, MassField
 from kanefe.frames import skews
 from kanefe.imports.mass_properties import ROUND_OFF
@@ -169,6 +170,8 @@ def _blocks(grams: np.ndarray) -> np.ndarray:
 
 def _lengths(own: np.ndarray, reach: float) -> np.ndarray:
     """Return the radii of gyration of the parts of nodes, shape (n,), or any length where they have none."""
+    if reach > 1e150:
+        raise ModelError(f"nodes are {reach:.3g} m apart: their squares overflow. Remedy: check the unit of nodes")
     mass, second = own[:, 0, 0], np.trace(own[:, 1:, 1:], axis1=1, axis2=2)
     known = (mass > 0.0) & (second > 0.0)
     return np.sqrt(np.where(known, second, reach**2) / np.where(known, mass, 1.0))

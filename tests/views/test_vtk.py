@@ -132,7 +132,9 @@ def test_cells_keep_their_order_of_nodes(kind, number, count, tmp_path):
 
 def test_a_body_without_cells_is_a_cloud_of_points(tmp_path):
     shape = dataclasses.replace(robot().body("arm"), cells=())
-    grid = read_grid(vtk._write_mesh(robot(), (shape, None), vtk._mesh_grid(shape, 0), 1.0, None, tmp_path / "a", 0, ""))
+    grid = read_grid(
+        vtk._write_mesh(robot(), (shape, None), vtk._mesh_grid(shape, 0), 1.0, None, tmp_path / "a", 0, "")
+    )
     assert grid["types"].tolist() == [1] * 7
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -13,15 +13,12 @@ from kanefe_fem.recovery.scalars import FAILURES, TITLES, Scalar
 from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.strain_fields import StrainFields
 
-if TYPE_CHECKING:
-    from kanefe_fem.recovery.recovery import Recovery
-
 DRAWN = 0.05
 """Largest displacement that is drawn, relative to the size of the body."""
 
 
 def write_picture(
-    recovery: Recovery,
+    recovery: Any,  # a Recovery, whose file comes after this one
     fields: StrainFields,
     path: str | Path,
     quantity: Scalar,

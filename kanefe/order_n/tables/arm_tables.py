@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.bodies.mass_moments import MassMoments
 from kanefe.order_n.tables.modal_constants import are_modes_of_unit_mass
 from kanefe.tree.model_data import ModelData
 
@@ -19,6 +18,7 @@ def swept_arms(model: ModelData) -> dict[int, np.ndarray]:
     for number, load in enumerate(model.loads):
         if load.kind != "relaxation":
             continue
+        from kanefe.bodies.mass_moments import MassMoments
         from kanefe.loads.body_relaxation import BodyRelaxation
 
         terms = model.bodies[load.ends[0].body].flexible
