@@ -52,6 +52,7 @@ WORDS = {
     "unreduced body",
     "viscoelastic part",
     "wet moments",
+    "shell stack",
 }
 WORDS_OF_WARNINGS = {
     "accuracy",
@@ -61,7 +62,6 @@ WORDS_OF_WARNINGS = {
     "mesh",
     "modes",
     "nodal form",
-    "shell stack",
     "simulation",
     "tie",
     "units",
