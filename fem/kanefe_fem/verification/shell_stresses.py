@@ -15,7 +15,7 @@ from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.materials.laminate import Laminate, Ply
 from kanefe_fem.materials.orthotropic import Orthotropic
 from kanefe_fem.mesh.surface_grid import surface_mesh
-from kanefe_fem.recovery.shell_fields import ShellFields
+from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.shell_forces import shell_forces
 from kanefe_fem.recovery.shell_points import ShellStrains
 from kanefe_fem.shells.body import shell_model
@@ -34,11 +34,11 @@ class Stressed:
 
     def stress(self, face: str, ply: int | None = None) -> np.ndarray:
         """Return the stress at the nodes in the axes of the layer, shape (n, 6)."""
-        return ShellFields(self.strains, "shell", face, ply).in_layers("nodes", ONE)[0]
+        return ShellStrainFields(self.strains, "shell", face, ply).in_layers("nodes", ONE)[0]
 
     def forces(self, along: tuple[float, float, float]) -> dict[str, np.ndarray]:
         """Return the section forces at the nodes."""
-        found = shell_forces(ShellFields(self.strains, "shell"), np.zeros(1), ONE, along)
+        found = shell_forces(ShellStrainFields(self.strains, "shell"), np.zeros(1), ONE, along)
         return {name: found[name][0] for name in ("N11", "N22", "M11", "M22", "M12", "Q1", "Q2")}
 
 
@@ -105,7 +105,7 @@ def tank(reference: Reference) -> Iterator[Check]:
         yield relative(f"hoop force / p, R/t {radius / t:g}", forces["N22"], inside, 1e-2 if t == 0.1 else 2e-3)
         for face, r in (("bottom", inside), ("top", radius + t / 2.0)):
             lame = inside**2 / ((radius + t / 2.0) ** 2 - inside**2) * (1.0 + (radius + t / 2.0) ** 2 / r**2)
-            hoop = ShellFields(found.strains, "tank", face).scalar("max_principal", "nodes", ONE)[0]
+            hoop = ShellStrainFields(found.strains, "tank", face).scalar("max_principal", "nodes", ONE)[0]
             limit = reference.values["thick"] if t == 0.1 else reference.values["thin"]
             yield relative(f"hoop stress at the {face} / p, Lame, R/t {radius / t:g}", hoop, lame, limit)
     one.hold(at(z, 0.0), "x y z rx ry rz")

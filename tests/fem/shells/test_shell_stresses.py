@@ -25,7 +25,7 @@ from kanefe_fem import (
 )
 from kanefe_fem.mesh.surface_grid import joined_surfaces
 from kanefe_fem.recovery.scalars import max_stress, tsai_wu
-from kanefe_fem.recovery.shell_fields import ShellFields
+from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.shell_forces import shell_forces
 from kanefe_fem.recovery.shell_points import ShellStrains
 from kanefe_fem.shells.sections import section
@@ -44,7 +44,7 @@ ONE = np.ones((1, 1))
 
 def fields(model, motion, face=None, ply=None):
     """Return the fields of a displacement (n, 6) of a model."""
-    return ShellFields(
+    return ShellStrainFields(
         ShellStrains(model.nodes, motion.reshape(-1, 1), model.cells, model.elasticity.shell), "b", face, ply
     )
 
