@@ -99,6 +99,11 @@ class ShellStack:
         side = self.sides[first]
         return FacePlaces(place.ravel(), self.nodes[side], section[first], self.directors[side], self.thickness[first])
 
+    @cached_property
+    def most_layers(self) -> int:
+        """Largest number of layers of a section."""
+        return int(np.diff(self.first).max())
+
     def heights_of(self, section: np.ndarray) -> np.ndarray:
         """Return the bottom and the top of the whole thickness of sections, shape (..., 2), as fractions of it."""
         return np.stack((self.heights[self.first[section], 0], self.heights[self.first[section + 1] - 1, 1]), axis=-1)

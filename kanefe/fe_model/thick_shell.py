@@ -58,7 +58,7 @@ def layered(cells: Sequence[Cells], stack: ShellStack, *, plies: bool) -> ThickS
     places, count = stack.places, len(stack.places.node)
     first, last = stack.first[places.section], stack.first[places.section + 1]
     arms, made = [], []
-    for ply in range(int(np.diff(stack.first).max()) if plies else 1):
+    for ply in range(stack.most_layers if plies else 1):
         is_there = first + ply < last
         ends = stack.heights[np.minimum(first + ply, last - 1)] if plies else stack.heights_of(places.section)
         arms += [(height * places.thickness)[:, None] * places.director for height in ends.T]

@@ -24,8 +24,8 @@ import scipy.sparse as sp
 
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel, MassField
-from kanefe.frames import axial, skew
-from kanefe.imports.rest_of_mass import inverse_inertia
+from kanefe.frames import skew
+from kanefe.imports.rest_of_mass import affine_moments, inverse_inertia
 
 
 def completed_mass_field(model: FiniteElementModel) -> MassField:
@@ -48,9 +48,7 @@ def completed_moments(model: FiniteElementModel) -> MassMoments:
     M, R = model.mass.toarray(), model.rigid_modes()
     momenta = R.T @ M  # (6, N)
     rigid = momenta @ R
-    first = -0.5 * axial(rigid[3:, :3])
-    second = 0.5 * np.trace(rigid[3:, 3:]) * np.eye(3) - rigid[3:, 3:]
-    second = 0.5 * (second + second.T)
+    gram = affine_moments(rigid)
     carried = inverse_inertia(rigid) @ momenta
     rest = np.eye(model.size) - R @ carried
 
@@ -58,7 +56,6 @@ def completed_moments(model: FiniteElementModel) -> MassMoments:
     parts = np.zeros((3, 4, model.size))
     parts[:, 0] = carried[:3]
     parts[:, 1:] = np.stack([skew(turn) for turn in carried[3:].T], axis=2)
-    gram = np.block([[np.array([[rigid[0, 0]]]), first[None]], [first[:, None], second]])
     weighted = np.einsum("de,beN->dbN", gram, parts)  # inner products with 1 and X_a, (4, 3, N)
 
     strains = _strained(model)
@@ -67,7 +64,7 @@ def completed_moments(model: FiniteElementModel) -> MassMoments:
     remaining = M - carried.T @ rigid @ carried
     product = np.einsum("aeI,ebJ->abIJ", parts, weighted) + cross + cross.transpose(1, 0, 3, 2)
     product += np.einsum("ab,IJ->abIJ", np.eye(3) / 3.0, 0.5 * (remaining + remaining.T))
-    return MassMoments(np.asarray(rigid[0, 0]), first, second, momenta[:3], weighted[1:] + seen, product)
+    return MassMoments(gram[0, 0], gram[0, 1:], gram[1:, 1:], momenta[:3], weighted[1:] + seen, product)
 
 
 def _strained(model: FiniteElementModel) -> np.ndarray:

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import outside
-from kanefe.fe_model.model import ROTATIONS, TRANSLATIONS, MassField, rigid_motion
+from kanefe.fe_model.model import ROTATIONS, TRANSLATIONS, MassField, fields_together, rigid_motion
 from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.rest_of_mass import share_of_rest, with_rest
 from kanefe.imports.rigid_parts import RigidParts, is_round_off, rigid_parts, six_components
@@ -61,7 +61,9 @@ def inertia_of_nodes(
         in_beams = slender_elements((motions @ K @ motions.T).tocsr(), in_six, points, motions, components)
         if in_beams is not None:
             others = rigid_parts(in_six - in_beams.mass, points, motions, components)
-            both = RigidParts(_together(in_beams.field, others.field), in_beams.mass + others.mass)
+            both = RigidParts(
+                fields_together((in_beams.field, _heavy(others.field, in_beams.field))), in_beams.mass + others.mass
+            )
             if is_round_off(in_six - both.mass, in_six):
                 return NodalInertia(both.field)
             lower = _share(both, M, motions, points, components)
@@ -106,15 +108,14 @@ def tell_share(share: float, source: str) -> None:
         )
 
 
-def _together(first: MassField, second: MassField) -> MassField:
-    """Return the points of two fields of one model, without those of the second that have no mass."""
-    heavy = np.flatnonzero(np.asarray(np.abs(second.mass).sum(axis=1)).ravel() > 1e-12 * abs(first.mass).max())
+def _heavy(field: MassField, beside: MassField) -> MassField:
+    """Return the points of a field that have mass, relative to another field of the same model."""
+    heavy = np.flatnonzero(np.asarray(np.abs(field.mass).sum(axis=1)).ravel() > 1e-12 * abs(beside.mass).max())
     rows = (3 * heavy[:, None] + np.arange(3)).ravel()
-    turns = sp.vstack((first.turns, sp.csr_matrix(second.turns)[rows])).tocsr()
     return MassField(
-        points=np.concatenate((first.points, second.points[heavy])),
-        mass=sp.block_diag((first.mass, second.mass[heavy][:, heavy]), format="csr"),
-        interpolation=sp.vstack((first.interpolation, second.interpolation[rows])).tocsr(),
-        turns=turns,
-        arms=np.concatenate((np.asarray(first.arms), np.asarray(second.arms)[heavy])),
+        points=field.points[heavy],
+        mass=field.mass[heavy][:, heavy],
+        interpolation=field.interpolation[rows],
+        turns=sp.csr_matrix(field.turns)[rows],
+        arms=np.asarray(field.arms)[heavy],
     )

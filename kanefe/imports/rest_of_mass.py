@@ -34,6 +34,13 @@ def inverse_inertia(rigid: np.ndarray) -> np.ndarray:
     return np.asarray(scale[:, None] * ((vectors[:, kept] / squares[kept]) @ vectors[:, kept].T) * scale)
 
 
+def affine_moments(rigid: np.ndarray) -> np.ndarray:
+    """Return the inner products (4, 4) of 1 and X, from R^T M R (6, 6) of rigid motions R about the origin of X."""
+    second = 0.5 * np.trace(rigid[3:, 3:]) * np.eye(3) - rigid[3:, 3:]
+    first = -0.5 * axial(rigid[3:, :3])
+    return np.block([[rigid[:1, :1], first[None]], [first[:, None], 0.5 * (second + second.T)]])
+
+
 def with_rest(field: MassField, M: sp.csr_matrix, R: np.ndarray) -> MassField:
     """Return a mass field with the mass matrix M, whose points move as those of a field as far as M allows it.
 
@@ -58,15 +65,12 @@ def with_rest(field: MassField, M: sp.csr_matrix, R: np.ndarray) -> MassField:
     rest.data[np.abs(rest.data) <= 1e-15 * abs(M).max()] = 0.0
     rest.eliminate_zeros()
 
-    second = 0.5 * np.trace(rigid[3:, 3:]) * np.eye(3) - rigid[3:, 3:]
-    first = -0.5 * axial(rigid[3:, :3])
-    of_affine = np.block([[np.array([[rigid[0, 0]]]), first[None]], [first[:, None], 0.5 * (second + second.T)]])
     rows = np.flatnonzero(np.diff(rest.indptr))
     own = sp.csr_matrix((np.ones(len(rows)), (np.arange(len(rows)), rows)), shape=(len(rows), M.shape[0]))
     alone = sp.vstack((own, sp.csr_matrix(momenta), sp.csr_matrix(before)))
     third = sp.block_diag((rest[rows][:, rows], -inverse, inverse)) / 3.0
     r = np.column_stack((np.ones(len(field.points)), field.points - middle))
-    return _beside(field, middle, _moves(moved, alone), sp.block_diag((of_affine, third, third, third)), r)
+    return _beside(field, middle, _moves(moved, alone), sp.block_diag((affine_moments(rigid), third, third, third)), r)
 
 
 def _moves(moved: np.ndarray, alone: sp.csr_matrix) -> list[sp.csr_matrix]:

@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.frames import skews
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.mass import AXIAL_STATIONS as STATIONS
 from kanefe_fem.beams.properties import ElementProperties
@@ -134,8 +135,8 @@ def element_geometric_stiffness(
     e_x = np.array((1.0, 0.0, 0.0))
     along = 0.5 * (n[..., :, None] * e_x + e_x[:, None] * n[..., None, :]) - n[..., :1, None] * np.eye(3)
     # -n . (theta x u') = theta . n~ u', and so on
-    coupling = np.einsum("mgia,mgij,mgjb->mgab", turn, _skews(n), stretch, optimize=True)
-    coupling += 0.5 * np.einsum("mgia,mgij,mgjb->mgab", turn, _skews(m), turn_rate, optimize=True)
+    coupling = np.einsum("mgia,mgij,mgjb->mgab", turn, skews(n), stretch, optimize=True)
+    coupling += 0.5 * np.einsum("mgia,mgij,mgjb->mgab", turn, skews(m), turn_rate, optimize=True)
     density = coupling + coupling.transpose(0, 1, 3, 2)
     density += np.einsum("mgia,mgij,mgjb->mgab", turn, along, turn, optimize=True)
     helix = n[..., 0] * polar_radius[:, None] ** 2
@@ -156,11 +157,3 @@ def _section_forces(
     lever = np.cross((1.0, 0.0, 0.0), n) * length[:, None, None]
     m = ends[:, None, 9:] + np.einsum("gh,mhi->mgi", remaining, lever + moment / weights[:, None])
     return n, m
-
-
-def _skews(vectors: np.ndarray) -> np.ndarray:
-    """Return the cross product matrices of vectors (..., 3), shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(vectors, -1, 0)
-    zero = np.zeros_like(x)
-    rows = [zero, -z, y, z, zero, -x, -y, x, zero]
-    return np.stack(rows, axis=-1).reshape(*vectors.shape, 3)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.thick_shell import thick_skin
+from kanefe.results.reader import Reader
+from kanefe_fem.recovery.envelope import Envelope
 from kanefe_fem.recovery.scalars import FAILURES, TITLES, Scalar
 from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.strain_fields import StrainFields
@@ -17,8 +19,22 @@ DRAWN = 0.05
 """Largest displacement that is drawn, relative to the size of the body."""
 
 
+class Recovered(Protocol):
+    """What pictures need of a `kanefe_fem.recovery.Recovery`."""
+
+    result: Reader
+    name: str
+    frames: np.ndarray
+    eta: np.ndarray
+    material: int | None
+
+    def envelope(self, quantity: Scalar) -> Envelope:
+        """Return the greatest value of a scalar over the times, at every node."""
+        ...
+
+
 def write_picture(
-    recovery: Any,  # a Recovery, whose file comes after this one
+    recovery: Recovered,
     fields: StrainFields,
     path: str | Path,
     quantity: Scalar,

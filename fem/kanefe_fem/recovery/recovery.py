@@ -200,7 +200,7 @@ class Recovery:
 
         For m beams it is the stress in p outer fibres at both ends of each, shape (r, m 2 p, 6); see
         `kanefe_fem.recovery.fibre_stress`. For a shell it is that at its bottom and then at its top, (r, 2 P, 6), at
-        its P places (see `kanefe.fe_model.shell_stack.Places`).
+        its P places (see `kanefe.fe_model.shell_stack.FacePlaces`).
         """
         if self.is_of_beams:
             return fibre_stress(self.result.body(self.name), np.atleast_2d(eta))

@@ -60,7 +60,7 @@ class ShellStrainFields(StrainFields):
         super().__init__(shell.nodes, COMPONENTS, shell.basis, shell.cells, of_cell)
         self.shell, self.stack = shell, shell.stack
         self.name, self.face, self.ply = name, face, ply
-        most = int(np.diff(self.stack.first).max())
+        most = self.stack.most_layers
         if ply is not None and not 0 <= ply < most:
             raise ModelError(f"ply={ply!r} of {name!r}, whose sections have {most} at most. Remedy: 0 is the bottom")
 
@@ -85,16 +85,18 @@ class ShellStrainFields(StrainFields):
                 f"the {what} of the shell {self.name!r} differs through its thickness. Remedy: "
                 f"recover(..., face='top'), or one of {', '.join(FACES)}"
             )
-        points, (level,) = self.shell.points(at), self._levels(self.shell.points(at))
-        found = self._in_G(what, points, self.at_level(what, at, eta, level))
+        points = self.shell.points(at)
+        (level,) = self._levels(points)
+        found = self._in_G(what, points, self.at_level(what, points, self.shell.strains(at, eta), level))
         return self._of_nodes(found, material) if at == "nodes" else found
 
     def in_layers(self, at: Place, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return the stress at coordinates in the axes of the layer, as `evaluate`."""
         if self.face is None:
             self.evaluate("stress", at, eta)
-        (level,) = self._levels(self.shell.points(at))
-        found = self._turned(self.at_level("stress", at, eta, level), level)
+        points = self.shell.points(at)
+        (level,) = self._levels(points)
+        found = self._turned(self.stress(points, self.shell.strains(at, eta), level), level)
         return self._of_nodes(found, material) if at == "nodes" else found
 
     def modes(self, what: Tensor, at: Place, material: int | None = None) -> np.ndarray:
@@ -130,15 +132,12 @@ class ShellStrainFields(StrainFields):
 
     def tensor_in_plies(self, what: Tensor, eta: np.ndarray) -> list[np.ndarray]:
         """Return the same of a field in G, (P, 6)."""
-        points = self.shell.at_places
-        return [
-            self._in_G(what, points, self.at_level(what, "nodes", eta, level))[0]
-            for level in self._ends_of_plies(points)
-        ]
+        points, parts = self.shell.at_places, self.shell.strains("nodes", eta)
+        levels = self._ends_of_plies(points)
+        return [self._in_G(what, points, self.at_level(what, points, parts, level))[0] for level in levels]
 
     def _ends_of_plies(self, points: Points) -> list[Level]:
-        most = int(np.diff(self.stack.first).max())
-        return [self._in_ply(points, ply, share) for ply in range(most) for share in (0.0, 1.0)]
+        return [self.in_ply(points, ply, share) for ply in range(self.stack.most_layers) for share in (0.0, 1.0)]
 
     def _in_G(self, what: Tensor, points: Points, values: np.ndarray) -> np.ndarray:
         """Return fields (T, p, 6) in G from those in the axes of the points."""
@@ -166,7 +165,8 @@ class ShellStrainFields(StrainFields):
                 "position on the face"
             )
         level = self._levels(points)[0] if self.face else self._face(points, "top" if above > 0.5 else "bottom")
-        strain = self._in_G("strain", points, self.at_level("strain", "nodes", eta, level))
+        own = self.at_level("strain", points, self.shell.strains("nodes", eta), level)
+        strain = self._in_G("strain", points, own)
         return np.einsum("n,tni->ti", weights, strain[:, places])
 
     def faces_of(self, eta: np.ndarray) -> np.ndarray:
@@ -188,9 +188,8 @@ class ShellStrainFields(StrainFields):
             found.append(best)
         return np.concatenate(found)
 
-    def at_level(self, what: Tensor, at: Place, eta: np.ndarray, level: Level) -> np.ndarray:
-        """Return a field at one height in the axes of the points, shape (T, p, 6)."""
-        points, parts = self.shell.points(at), self.shell.strains(at, eta)
+    def at_level(self, what: Tensor, points: Points, parts: tuple[np.ndarray, np.ndarray], level: Level) -> np.ndarray:
+        """Return a field at one height in the axes of the points, shape (T, p, 6), of `ShellStrains.strains` there."""
         stress = self.stress(points, parts, level)
         if what == "stress":
             return stress
@@ -239,13 +238,14 @@ class ShellStrainFields(StrainFields):
         """Return the heights that count: one, or all faces and middles of the layers."""
         if self.ply is not None:
             faces = FACES if self.face is None else {self.face: FACES[self.face]}
-            return [self._in_ply(points, self.ply, share) for share in faces.values()]
+            return [self.in_ply(points, self.ply, share) for share in faces.values()]
         if self.face is not None:
             return [self._face(points, self.face)]
-        most = int(np.diff(self.stack.first).max())
-        return [self._in_ply(points, ply, share) for ply in range(most) for share in FACES.values()]
+        plies = range(self.stack.most_layers)
+        return [self.in_ply(points, ply, share) for ply in plies for share in FACES.values()]
 
-    def _in_ply(self, points: Points, ply: int, share: float) -> Level:
+    def in_ply(self, points: Points, ply: int, share: float) -> Level:
+        """Return a height in the plies of one number, as a fraction of their thickness."""
         first, last = self.stack.first[points.section], self.stack.first[points.section + 1]
         layer = np.where(first + ply < last, first + ply, -1)
         bottom, top = self.stack.heights[layer].T

@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe_fem.recovery.scalars import PLANE
-from kanefe_fem.recovery.shell_fields import Level, ShellStrainFields
+from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.shell_strains import axes_about
 
 NAMES = ("N11", "N22", "N12", "M11", "M22", "M12", "Q1", "Q2")
@@ -74,19 +74,17 @@ def shell_forces(
     points, stack = fields.shell.at_places, fields.stack
     parts = fields.shell.strains("nodes", eta)
     turn, axes = _turned_axes(points.axes, along, fields.name)
-    first, last = stack.first[points.section], stack.first[points.section + 1]
     middle = stack.heights_of(points.section).mean(axis=-1)
     t = points.thickness
     N, M = np.zeros((2, len(eta), len(t), 2, 2))
-    for ply in range(int(np.diff(stack.first).max())):
-        layer = np.where(first + ply < last, first + ply, -1)
-        bottom, top = stack.heights[layer].T
+    for ply in range(stack.most_layers):
         for place, weight in zip(*GAUSS, strict=True):
-            height = bottom + 0.5 * (1.0 + place) * (top - bottom)
-            stress = np.nan_to_num(fields.stress(points, parts, Level(layer, height))[..., PLANE])
+            level = fields.in_ply(points, ply, 0.5 * (1.0 + place))
+            height, part = level.height, np.diff(stack.heights[level.layer], axis=1)[:, 0]
+            stress = np.nan_to_num(fields.stress(points, parts, level)[..., PLANE])
             s = np.stack((stress[..., 0], stress[..., 2], stress[..., 2], stress[..., 1]), axis=-1)
             cut = _cofactor(np.eye(2) + (height * t)[:, None, None] * np.swapaxes(points.curvature, 1, 2))
-            force = 0.5 * (weight * t * (top - bottom))[:, None, None] * (s.reshape(*N.shape) @ cut)
+            force = 0.5 * (weight * t * part)[:, None, None] * (s.reshape(*N.shape) @ cut)
             N += force
             M += ((height - middle) * t)[:, None, None] * force
     Q = np.einsum("p,pij,pjt->tpi", t, stack.forces[points.section], parts[1], optimize=True)

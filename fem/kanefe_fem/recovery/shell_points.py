@@ -34,7 +34,7 @@ _KEPT: WeakKeyDictionary[FlexibleBody | BodyShape, ShellStrains] = WeakKeyDictio
 
 
 class Points(NamedTuple):
-    """Points of a shell: its places (`kanefe.fe_model.shell_stack.Places`) or the centres of its cells.
+    """Points of a shell: its places (`kanefe.fe_model.shell_stack.FacePlaces`) or the centres of its cells.
 
     Attributes
     ----------

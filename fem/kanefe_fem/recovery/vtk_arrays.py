@@ -29,7 +29,7 @@ def vtk_arrays(
     cell_data: dict[str, np.ndarray] = {}
     for quantity in quantities:
         if quantity in fields.scalars:
-            label = f"{quantity.replace('_', ' ')} [{'1' if quantity in FAILURES else 'Pa'}]"
+            label = _label(quantity)
             point_data[label] = fields.scalar(quantity, "nodes", eta, material)[0]
             cell_data[label] = fields.scalar(quantity, "cells", eta)[0]
             continue
@@ -45,10 +45,14 @@ def shell_vtk_arrays(fields: ShellStrainFields, eta: np.ndarray, quantities: Seq
     found: dict[str, np.ndarray] = {}
     for quantity in quantities:
         if quantity in fields.scalars:
-            label = f"{quantity.replace('_', ' ')} [{'1' if quantity in FAILURES else 'Pa'}]"
-            found[label] = np.concatenate(fields.scalar_in_plies(quantity, eta))
+            found[_label(quantity)] = np.concatenate(fields.scalar_in_plies(quantity, eta))
             continue
         unit = " [Pa]" if quantity == "stress" else ""
         values = np.concatenate(fields.tensor_in_plies("stress" if quantity == "stress" else "strain", eta))
         found |= {f"{quantity} {component}{unit}": values[:, i] for i, component in enumerate(COMPONENTS)}
     return found
+
+
+def _label(quantity: str) -> str:
+    """Return the name of an array of a scalar, with its unit."""
+    return f"{quantity.replace('_', ' ')} [{'1' if quantity in FAILURES else 'Pa'}]"

@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, TypedDict
+from typing import NamedTuple, TypedDict
 
 import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError
+from kanefe.fe_model.shapes import shape
 from kanefe.imports.abaqus_input import Keyword, deck_keywords
 from kanefe.imports.abaqus_sets import key_of
 from kanefe.imports.bulk_data import bulk_cards
@@ -104,7 +105,7 @@ def shell_properties(
 
 def _check_sides(mesh: Mesh, path: Path) -> None:
     """Refuse normals by which offsets and plies would not go, since a shell's are made consistent."""
-    blocks = tuple(block for own in mesh.cells.values() for block in own if block.kind[:4] in ("tria", "quad"))
+    blocks = tuple(block for own in mesh.cells.values() for block in own if shape(block.kind).dimension == 2)
     turned = consistent(blocks, path.name)[1]
     if turned:
         raise FileError(
@@ -122,7 +123,7 @@ def _of_nastran(path: Path, names: Mapping[int, str], trusted: bool) -> dict[str
     cards = bulk_cards(path, trusted=trusted, reader="shell_properties")
     materials = {card.whole(2): card for card in cards if card.name in ("MAT1", "MAT8")}
     elements = [card for card in cards if card.name in _FIELDS]
-    heights = _heights(elements)
+    heights, grids = _heights(elements), grid_points(cards)
     found: dict[str, _Shell] = {}
     for card in cards:
         if card.name not in ("PSHELL", "PCOMP"):
@@ -133,7 +134,7 @@ def _of_nastran(path: Path, names: Mapping[int, str], trusted: bool) -> dict[str
         shell = (_pshell if card.name == "PSHELL" else _pcomp)(card, materials, height)
         if not isinstance(shell.material, Material):
             of = [one for one in elements if _property_of(one) == number]
-            shell = shell._replace(material=Oriented(shell.material, _axes(of, grid_points(cards))))
+            shell = shell._replace(material=Oriented(shell.material, _axes(of, grids)))
         found[name] = shell
     return found
 
@@ -316,14 +317,14 @@ def _materials(blocks: list[Keyword]) -> dict[str, SolidMaterial]:
     return found
 
 
-def _elastic(kind: str, values: list[float], rho: float, name: str) -> Any:
+def _elastic(kind: str, values: list[float], rho: float, name: str) -> SolidMaterial | None:
     """Return a material; None of a kind that is not read."""
     if kind in ("ISOTROPIC", "ISO"):
         return Material(E=values[0], nu=values[1], rho=rho, name=name)
     if kind == "LAMINA":
         E1, E2, nu12, G12, G13, G23 = values[:6]
         return _sheet((E1, E2, nu12, G12, G13, G23), rho, name)
-    if kind in ("ENGINEERINGCONSTANTS", "ENGINEERING CONSTANTS"):
+    if kind == "ENGINEERINGCONSTANTS":
         E1, E2, E3, nu12, nu13, nu23, G12, G13, G23 = values[:9]
         return Orthotropic(
             E1=E1, E2=E2, E3=E3, nu12=nu12, nu13=nu13, nu23=nu23, G12=G12, G13=G13, G23=G23, rho=rho, name=name

@@ -11,10 +11,10 @@ so that its size does not matter.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import numpy as np
 import scipy.sparse as sp
@@ -22,6 +22,7 @@ import scipy.sparse as sp
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import Cells, FiniteElementModel, MassField, NodeGroup, StressStiffness, fields_together
 from kanefe.fe_model.shapes import shape
+from kanefe.frames import skews
 from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.seams import Seams
 from kanefe_fem.shells.stiffeners import StiffenerLines
@@ -179,7 +180,7 @@ def _constraints(seams: Seams, count: int, size: int, in_space: sp.csr_matrix) -
     rows = (6 * seams.nodes[:, None] + np.arange(6)).ravel()
     at = sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), (size, len(rows)))
     own = np.zeros((len(seams.nodes), 6, 6))
-    own[:, :3, 3:] = -np.cross(seams.arms[:, None, :], np.eye(3)[None]).swapaxes(1, 2)
+    own[:, :3, 3:] = -skews(seams.arms)
     follows = sp.hstack((sp.csr_matrix((len(rows), 6 * count)), seams.follows @ in_space.T), format="csr")
     held = at @ block_diagonal(seams.held) @ at.T
     return held.tocsr(), (at @ (follows + block_diagonal(own) @ at.T)).tocsr()
@@ -209,7 +210,7 @@ def _directions(seams: Seams, size: int) -> sp.csr_matrix:
     return sp.csr_matrix(entries, (count, size))
 
 
-def _widened(field: MassField, wide: Any) -> MassField:
+def _widened(field: MassField, wide: Callable[[sp.csr_matrix], sp.spmatrix]) -> MassField:
     """Return a field over the components of both."""
     turns = None if field.turns is None else sp.csr_matrix(wide(field.turns))
     return replace(field, interpolation=sp.csr_matrix(wide(field.interpolation)), turns=turns)

@@ -21,6 +21,7 @@ from kanefe.errors import MeshError
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import FACES, corner_kind, shape
 from kanefe.fe_model.skin import facet_of
+from kanefe.frames import skews
 from kanefe_fem.mesh.closest import closest_points
 from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.directors import Directors
@@ -151,14 +152,14 @@ def _along(nodes: np.ndarray, edges: _Edges, solid: np.ndarray, skin: Sequence[C
     used, where = np.unique(edges.nodes, return_inverse=True)
     where = where.reshape(edges.nodes.shape)
     count = len(solid)
-    mean, turn = sp.csr_matrix((len(used), count)), sp.csr_matrix((3 * len(used), 3 * count))
     weight, spread, least = np.zeros(len(used)), np.zeros((len(used), 3, 3)), 1.0
     if not len(used):
-        return _Fitted(used, sp.csr_matrix((0, 3 * count)), turn, spread, 0, least)
+        none = sp.csr_matrix((0, 3 * count))
+        return _Fitted(used, none, none, spread, 0, least)
     facet = _facet_sizes(solid, skin, nodes[edges.nodes].mean(axis=1))
     points = [_points(nodes[table], *own) for table, *own in zip(*edges, facet, strict=True)]
     at = closest_points(solid, skin, np.concatenate([one.places for one in points]))
-    start = 0
+    start, means, tilts = 0, [], []
     for one, normal, thickness, place in zip(points, edges.normals, edges.thickness.mean(axis=1), where, strict=True):
         own = slice(start, start := start + len(one.places))
         inside = (at.distance[own] <= BESIDE * thickness).reshape(one.heights.shape)
@@ -171,11 +172,13 @@ def _along(nodes: np.ndarray, edges: _Edges, solid: np.ndarray, skin: Sequence[C
         mass = np.einsum("p,pi,pj->ij", one.along, one.N, one.N)
         dual = lengths[:, None] * np.linalg.solve(mass, (one.along[:, None] * one.N).T)
         of_mean, of_tilt = ((dual[:, :, None] * fit).reshape(3, -1) @ at.shares[own] for fit in (level, slope))
-        mean = mean + _spread(sp.csr_matrix(of_mean), place, len(used))
-        # theta = n x b at the nodes, of all edges there by least squares
-        turn = turn + _turns(sp.csr_matrix(of_tilt), normal, place, len(used))
+        means.append(sp.csr_matrix(of_mean))
+        tilts.append(sp.csr_matrix(of_tilt))
         np.add.at(weight, place, lengths)
         np.add.at(spread, place, lengths[:, None, None] * (np.eye(3) - normal[:, :, None] * normal[:, None, :]))
+    mean = _spread(sp.vstack(means), where.ravel(), len(used))
+    # theta = n x b at the nodes, of all edges there by least squares
+    turn = _turns(sp.vstack(tilts), edges.normals.reshape(-1, 3), where.ravel(), len(used))
     displacement = sp.kron(sp.diags(1.0 / weight) @ mean, sp.identity(3), format="csr")
     return _Fitted(used, displacement, turn, spread, len(edges.nodes), least)
 
@@ -239,10 +242,7 @@ def _spread(rows: sp.csr_matrix, place: np.ndarray, count: int) -> sp.csr_matrix
 
 def _turns(tilt: sp.csr_matrix, normal: np.ndarray, place: np.ndarray, count: int) -> sp.csr_matrix:
     """Return ``n x b`` of tilts b (3 nodes, solid's nodes) at their places, over displacements."""
-    blocks = np.zeros((3, 3, 3))
-    blocks[:, 0, 1], blocks[:, 0, 2], blocks[:, 1, 2] = -normal[:, 2], normal[:, 1], -normal[:, 0]
-    across = block_diagonal(blocks - blocks.swapaxes(1, 2))
-    rows = across @ sp.kron(tilt, sp.identity(3), format="csr")
+    rows = block_diagonal(skews(normal)) @ sp.kron(tilt, sp.identity(3), format="csr")
     return _spread(rows, (3 * place[:, None] + np.arange(3)).ravel(), 3 * count)
 
 

@@ -21,6 +21,7 @@ import scipy.sparse as sp
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import MassField
 from kanefe.fe_model.shapes import shape
+from kanefe.frames import skews
 from kanefe_fem.beams.beam_section import LineMass
 from kanefe_fem.beams.mass import section_points
 from kanefe_fem.mesh.mesh import Mesh
@@ -69,13 +70,8 @@ def _motion(shares: np.ndarray, arms: np.ndarray) -> tuple[np.ndarray, np.ndarra
     u, theta = np.zeros((len(arms), 3, 3, 6)), np.zeros((len(arms), 3, 3, 6))
     for i, share in enumerate(shares):
         u[:, :, i, :3] = theta[:, :, i, 3:] = share * np.eye(3)
-        u[:, :, i, 3:] = share * _turned(arms[:, i])
+        u[:, :, i, 3:] = share * -skews(arms[:, i])
     return u.reshape(len(arms), 3, 18), theta.reshape(len(arms), 3, 18)
-
-
-def _turned(arms: np.ndarray) -> np.ndarray:
-    """Return matrices that give ``theta x arm`` from theta, shape (m, 3, 3)."""
-    return -np.cross(arms[:, None, :], np.eye(3)[None]).swapaxes(1, 2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,8 +163,8 @@ class StiffenerLines:
                 at.du.swapaxes(1, 2) @ at.du + radius * twist[:, :, None] * twist[:, None, :]
             )
             for axis, moment in ((2, force[:, 4]), (1, -force[:, 5])):
-                mixed = at.du.swapaxes(1, 2) @ _turned(at.axes[:, axis]) @ at.dtheta
-                total += moment[:, None, None] * (mixed + mixed.swapaxes(1, 2))
+                mixed = at.du.swapaxes(1, 2) @ skews(at.axes[:, axis]) @ at.dtheta
+                total -= moment[:, None, None] * (mixed + mixed.swapaxes(1, 2))
         return self.assembled(total, count)
 
     def mass_field(self, count: int) -> MassField:
@@ -185,7 +181,7 @@ class StiffenerLines:
                 points.append(middle + to_axis + across)
                 arms.append(to_axis + across)
                 shares.append(line.rho_A / len(in_section) * at.weight)
-                motions.append(self._rows(at.u + _turned(across) @ at.theta, count))
+                motions.append(self._rows(at.u - skews(across) @ at.theta, count))
                 turns.append(self._rows(at.theta, count))
         return MassField(
             points=np.concatenate(points),

@@ -6,8 +6,10 @@ import numpy as np
 
 from kanefe.order_n.tables.modal_constants import are_modes_of_unit_mass
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.scales import kept_of_scene
 
 
+@kept_of_scene
 def swept_arms(model: ModelData) -> dict[int, np.ndarray]:
     """Return the mode, the state, the pull and the rate of each such arm, (arms, 4), by the number of their load.
 
