@@ -20,7 +20,7 @@ DRAWN = 0.05
 
 
 class Recovered(Protocol):
-    """What pictures need of a `kanefe_fem.recovery.Recovery`."""
+    """What pictures need of a `kanefe_fem.recovery.recovery.Recovery`."""
 
     result: Reader
     name: str
