@@ -5,15 +5,12 @@ A beam has C cells with P Gauss points each, and k coordinates of its strains: s
 What changes is seen from G.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
 from kanefe.kernels.bodies import BorderedBody
-from kanefe.kernels.values.records import Array, One, Record, Rows, Start, Table
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector
+from kanefe.kernels.language import Array, Matrix, One, Record, Rows, Start, Symmetric, Table, Vector
 
 
 class Section(Record):

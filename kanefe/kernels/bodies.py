@@ -3,14 +3,11 @@
 Modes are of unit mass and diagonal stiffness. What changes is in the mesh frame G of the body.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.values.records import Array, Many, One, Record, Rows, Start, Table, Values
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector
+from kanefe.kernels.language import Array, Many, Matrix, One, Record, Rows, Start, Symmetric, Table, Values, Vector
 
 
 class ModalCoordinates(Record, is_frozen=True):

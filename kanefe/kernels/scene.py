@@ -1,18 +1,13 @@
 """A scene, a state of it, and what an evaluation writes on its way: what kernels are given, in this order."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.bodies import BorderedBodies
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.arrays import Integers
-from kanefe.kernels.compiler.signatures import in_place
+from kanefe.kernels.language import Array, Integers, Record, Start, Table, in_place, inlined
 from kanefe.kernels.tables import FlexibleTables, LoadsBetween, Loops, Tables
 from kanefe.kernels.tree import FRAME_NUMBERS, Frames, Links
-from kanefe.kernels.values.records import Array, Record, Start, Table
 
 WRENCH = 6
 

@@ -3,12 +3,9 @@
 What the columns of an array are says a record, or the file that the kernels of the array are in.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.compiler.signatures import in_place
+from kanefe.kernels.language import IntegerRows, Integers, RealRows, Reals, in_place
 
 
 @in_place

@@ -6,15 +6,12 @@ components of N and referred to the row's own origin: inertias then travel from 
 without a rotation.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.values.records import Columns, Record, Rows
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector
+from kanefe.kernels.language import Columns, Matrix, Record, Rows, Symmetric, Vector
 
 
 class Kind(IntEnum):

@@ -24,7 +24,7 @@ PARAMETERS, FUNCTION_LINES = (6, 8), (40, 60, 80)
 
 LIMITS = {
     "constants of kernels": 440,
-    "lines of imports of kernels": 2613,
+    "lines of imports of kernels": 2295,
     "kernels above 8 parameters": 0,
     "kernels above 6 parameters": 8,
     "functions above 40 lines of code": 2,
@@ -35,7 +35,7 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 32130,
+    "kernels": 31702,
     "integrate": 11277,
     "linear": 10700,
     "imports": 8930,

@@ -6,14 +6,12 @@ which the largest pivot is first. A full system is one block: it is factored as 
 `kanefe.kernels.algebra.pivoted.factor`, where what is said of pivots holds here too.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.pivoted import LEAST_KEPT, NEGATIVE, ROUND_OFF
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import inlined
 
 
 class Envelope(NamedTuple):

@@ -4,13 +4,11 @@ Reflections with the largest column first, until what is left is round-off, and 
 complete orthogonal decomposition, ``B = Q [T 0] Z P^T`` (Golub & Van Loan, "Matrix Computations", section 5.4).
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.language import kernel
 
 
 @kernel

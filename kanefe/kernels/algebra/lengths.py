@@ -1,7 +1,5 @@
 """Lengths and directions of vectors; of complex ones those whose derivatives they carry."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,10 +1,8 @@
 """Dense linear systems, real or complex, in memory that the caller has: Gaussian elimination with row exchanges."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import inlined, kernel
 
 
 @inlined

@@ -4,13 +4,11 @@ Rows are scaled, so that a pivot says how much of a row is not said by those bef
 out: the unknowns of their rows are zero, and the others are solved for.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import inlined, kernel
 
 # Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.tree.row_rates.ROUND_OFF`
 ROUND_OFF = 1e-16

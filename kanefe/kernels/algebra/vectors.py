@@ -1,7 +1,5 @@
 """Numbers of lists."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.compiler._numba import inlined

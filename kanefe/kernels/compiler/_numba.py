@@ -6,8 +6,6 @@ compiled are copies of them, whose modules see each other's copies.
 ``KANEFE_JIT=0`` runs the kernels as plain Python.
 """
 
-from __future__ import annotations
-
 import os
 import sys
 import time

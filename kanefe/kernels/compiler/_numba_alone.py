@@ -7,8 +7,6 @@ Kernels count none, are called by each other alone, and most arrays are contiguo
 all this and left so until the whole unit is optimised, once. What is computed is the same.
 """
 
-from __future__ import annotations
-
 import gc
 from collections.abc import Callable
 from typing import Any

@@ -6,8 +6,6 @@ is these two, and those of any array are known while code is written. Kernels ar
 instructions, and reshaping, which was a call, is none. What numba does with other arrays stays as it is.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 from typing import Any

@@ -5,8 +5,6 @@ they raised: twenty instructions in six blocks. Kernels raise nothing. What numb
 for arrays of unlike lengths, is a fault of a kernel: it ends the process, with a signal.
 """
 
-from __future__ import annotations
-
 import importlib
 import operator
 from collections.abc import Callable, Iterator

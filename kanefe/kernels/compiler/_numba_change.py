@@ -1,7 +1,5 @@
 """What takes the place of functions inside numba while libraries are built."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

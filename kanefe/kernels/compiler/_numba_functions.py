@@ -4,8 +4,6 @@ Machine code cannot raise to the run that calls it. What a function raises becom
 number: it calls the function once more from Python, where the error is raised, and named by the load.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple

@@ -3,8 +3,6 @@
 What is in them is the same while a kernel runs, so that it is read once, however much is written elsewhere.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

@@ -3,8 +3,6 @@
 numba counts down how many numbers are left, which it finds by division, and hands each on through memory.
 """
 
-from __future__ import annotations
-
 import importlib
 from typing import Any
 

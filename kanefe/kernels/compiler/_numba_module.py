@@ -6,8 +6,6 @@ algebra of three components and short loops, is optimised without vectorisers an
 half the time, gives two thirds of the code, and runs as fast or faster.
 """
 
-from __future__ import annotations
-
 import os
 import tempfile
 from collections.abc import Callable, Iterable, Sequence

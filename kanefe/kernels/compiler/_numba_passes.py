@@ -5,8 +5,6 @@ counts of references: kernels count none. At each pass it looks whether loops ha
 known by then, and for each type whether a class was registered for it, which none is.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from typing import Any
 

@@ -4,8 +4,6 @@ In C an array is the place of its first number and its lengths, which follow; so
 were compiled in one way. The types are those of `kanefe.kernels.compiler.arrays`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any

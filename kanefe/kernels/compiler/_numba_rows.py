@@ -1,7 +1,5 @@
 """Rows of records and many values in compiled code, and how records and rows are made of arrays."""
 
-from __future__ import annotations
-
 import operator
 from typing import Any
 

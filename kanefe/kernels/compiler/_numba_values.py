@@ -5,8 +5,6 @@ together is that value, arithmetic with known numbers is done at once, what a bl
 it again, and what nothing uses is left out before a compiler reads it.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable
 from typing import Any

@@ -7,8 +7,6 @@ Kernels call them with `kanefe.kernels.compiler.calls.call_address`; `kanefe.ker
 those of the user.
 """
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable
 from functools import cache

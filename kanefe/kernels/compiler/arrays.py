@@ -4,8 +4,6 @@ All are contiguous in C's order. From these annotations come the C functions tha
 `kanefe.kernels.compiler.signatures`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """All kernels built ahead of time, side by side: ``kanefe prepare``, or ``make kernels``."""
 
-from __future__ import annotations
-
 import argparse
 import importlib
 import os

@@ -1,7 +1,5 @@
 """The calls of C functions by their addresses, for kernels."""
 
-from __future__ import annotations
-
 from kanefe.kernels.compiler._numba import by_address, law_by_address
 from kanefe.kernels.compiler.addresses import call_in_python, law_in_python
 

@@ -4,8 +4,6 @@ Files lie in the package, where a wheel brought them, for processors of two gene
 this one: see `kanefe.kernels.compiler.libraries` for what a library has.
 """
 
-from __future__ import annotations
-
 import ctypes
 import itertools
 import os

@@ -1,7 +1,5 @@
 """What writes the values that functions of the user give: a function of one type for all scenes, called by address."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """C functions of the user: their addresses, found in what numba, ctypes or cffi give."""
 
-from __future__ import annotations
-
 import ctypes
 import numbers
 import sys

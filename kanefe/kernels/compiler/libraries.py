@@ -7,8 +7,6 @@ it was made from: the files of kernels that the functions' own import, directly 
 depends on it and nothing else.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 from functools import cache

@@ -1,7 +1,5 @@
 """Room for some numbers on the stack of a kernel, which makes no arrays of its own."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from typing import Any, TypeVar

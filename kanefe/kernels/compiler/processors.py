@@ -1,7 +1,5 @@
 """Processors that machine code is made for: this one, and the generations that a wheel serves."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 import re

@@ -1,7 +1,5 @@
 """The share of a build that is done, by time: what each library takes was measured, and is kept with the code."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Sequence
 

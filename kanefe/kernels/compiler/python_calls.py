@@ -1,7 +1,5 @@
 """Functions in Python that kernels call as they call each other."""
 
-from __future__ import annotations
-
 import ctypes
 from collections.abc import Callable
 

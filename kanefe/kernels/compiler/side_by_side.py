@@ -1,7 +1,5 @@
 """Libraries built in processes of their own, side by side: one build at a time in a folder, with its progress told."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Processes that build for another end with it."""
 
-from __future__ import annotations
-
 import ctypes
 import signal
 import sys

@@ -6,28 +6,22 @@ close fast, so that what a step of an integrator leaves open costs one eliminati
 `kanefe.literal.loop_closure` is the same in dense matrices.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.loop_tables import Held, LoopFactors, RowWork, holds, rows_of
 from kanefe.kernels.constraints.openings import openings, rate_of_row, size_of_rate
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
 from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward, sweep_inward
+from kanefe.kernels.language import Array, RealRows, Reals, copy, entry, kernel
 from kanefe.kernels.scene import Scene, State, Work, memory_size, state_in, work_in
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.implicit import Pushes, stiffen_joints, stiffen_modes
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.sweeps.unit_mass import scale_beams
-from kanefe.kernels.values.records import Array
 
 CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
 """Return values of `close_state`. The literal route may be able to close open loops, and names those that cannot be

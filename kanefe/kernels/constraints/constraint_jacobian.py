@@ -1,17 +1,14 @@
 """A row of J: the generalised forces of a wrench on the way from its row to N, and the largest they could be."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.language import Vector, cross, dot, inlined, kernel
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.tree import InterfaceFrame, InterfaceLink, Kind
-from kanefe.kernels.values.tensors import Vector, cross, dot
 
 
 @kernel

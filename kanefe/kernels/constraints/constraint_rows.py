@@ -3,17 +3,13 @@
 See `kanefe.constraints.rows`.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import ZERO, Record, Rows, Vector, cross, dot, inlined
 from kanefe.kernels.loads.markers import Marker, MarkerMotion
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 class RowKind(IntEnum):

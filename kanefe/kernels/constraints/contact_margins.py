@@ -1,16 +1,9 @@
 """How far points of rigid contacts are from their next events, in states: `ContactMargins` in compiled code."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Prepared, RealRows, Reals
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_shares import least_margins, share_otherwise
 from kanefe.kernels.constraints.least_forces import share_forces
 from kanefe.kernels.constraints.loop_tables import UnitResponses, head_of, unit_responses_in
@@ -24,6 +17,7 @@ from kanefe.kernels.contact.rigid_points import (
     meet,
     touches,
 )
+from kanefe.kernels.language import Prepared, RealRows, Reals, call_address, copy, entry, inlined, kernel
 from kanefe.kernels.loads.telling import States
 from kanefe.kernels.scene import Scene
 from kanefe.kernels.tables import Loops

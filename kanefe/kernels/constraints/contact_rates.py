@@ -1,14 +1,11 @@
 """What rigid contacts do to their internal states, and the energy that friction takes and belts give."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.loop_tables import head_of, unit_responses_in
 from kanefe.kernels.contact.rigid_points import PointStates, RigidStates, given_points, is_closed, is_slipping
+from kanefe.kernels.language import dot, kernel
 from kanefe.kernels.scene import Rates, Scene, State, Work
-from kanefe.kernels.values.tensors import dot
 
 
 @kernel

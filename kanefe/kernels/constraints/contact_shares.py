@@ -5,14 +5,12 @@ equations leave free, of half the squares of the distances from the cones of fri
 (Nesterov, "Introductory Lectures on Convex Optimization", 2004, section 2.2).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.algebra.least_norm import leave_spare
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.loop_tables import UnitResponses, head_of
 from kanefe.kernels.contact.rigid_points import given_points, is_closed, is_slipping
+from kanefe.kernels.language import inlined, kernel
 from kanefe.kernels.tables import Loops
 
 MOST_ROUNDS, ROOMS = 2000, (1e-3, 1e-6, 1e-9)

@@ -11,14 +11,11 @@ cost as many numbers as there are loops. (Vereshchagin 1974 for loops through N;
 elimination where a loop closes.)
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.algebra.envelope import factor_envelope, solve_envelope
-from kanefe.kernels.compiler._numba import expanded, inlined
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.loop_system import put_loop_system
 from kanefe.kernels.constraints.loop_tables import (
@@ -35,10 +32,10 @@ from kanefe.kernels.constraints.row_paths import Visit, Visits
 from kanefe.kernels.constraints.row_wrenches import write_rows
 from kanefe.kernels.joints.by_kind import answer_along, answer_further
 from kanefe.kernels.joints.motion import three
+from kanefe.kernels.language import dot, expanded, inlined, outer, square
 from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.tree import Frame, Kind
-from kanefe.kernels.values.tensors import dot, outer, square
 
 
 @expanded

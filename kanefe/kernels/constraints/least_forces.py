@@ -1,16 +1,14 @@
 """Multipliers where points of rigid contacts touch: those of least norm, if friction leaves them determined."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.algebra.pivoted import factor, pivots_of, solve
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, rows_of, rubs_at
+from kanefe.kernels.language import kernel
 from kanefe.kernels.tables import Loops
 
 LEAST_GAIN = 1e-9

@@ -9,15 +9,13 @@ since the sweeps are a factorisation ``M^-1 = Psi^T D^-1 Psi`` (Rodriguez 1987, 
 do not meet in the system. It is that of the links between their ends, with the link that carries them all at rest.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.loop_tables import Held, LoopFactors, holds, rows_of
 from kanefe.kernels.constraints.row_paths import Guests, Meetings, Visits
 from kanefe.kernels.constraints.row_visits import put_visits
 from kanefe.kernels.joints.by_kind import shared_answer
+from kanefe.kernels.language import inlined
 from kanefe.kernels.scene import Scene, Work, links_of
 from kanefe.kernels.sweeps.elastic import total
 

@@ -1,13 +1,10 @@
 """Rows of loop joints, couplers and contact points: their tables, and the memory of what is found of them."""
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.envelope import Envelope
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.constraint_rows import (
     Action,
     Actions,
@@ -28,8 +25,8 @@ from kanefe.kernels.contact.rigid_points import (
     no_rigid_points,
 )
 from kanefe.kernels.joints.handing import Carried, CarriedRows
+from kanefe.kernels.language import Array, One, Record, Start, Table, inlined
 from kanefe.kernels.tables import Loops
-from kanefe.kernels.values.records import Array, One, Record, Start, Table
 
 LEAST_SHARE = 1e-29
 """Square of the fraction of its reach, below which a row moves nothing: below the square of round-off, 1e-31, for all

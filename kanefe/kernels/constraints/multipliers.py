@@ -7,14 +7,11 @@ half of an evaluation, so that m rows cost some m/2 evaluations and a system of 
 drop out. Scenes without rigid contacts do with less: `kanefe.kernels.constraints.holding`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.algebra.pivoted import factor, pivots_of, solve
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.constraint_jacobian import row_scale, walk_inward
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.least_forces import share_forces
@@ -32,6 +29,7 @@ from kanefe.kernels.constraints.loop_tables import (
 )
 from kanefe.kernels.constraints.row_wrenches import along_row, clear_all_forces, push_row, wrench_on, write_rows
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
+from kanefe.kernels.language import kernel
 from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.sweeps.driving_forces import put_driving_forces
 

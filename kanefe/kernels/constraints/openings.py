@@ -1,20 +1,16 @@
 """How far loops are open, and how fast they open: residuals of rows after an outward sweep, and their rates."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import largest_in, norm
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, residual
 from kanefe.kernels.constraints.loop_tables import Limits, RowWork, holds, rows_of, terms_of
 from kanefe.kernels.constraints.row_wrenches import along_ends, over_drives, over_speeds
 from kanefe.kernels.contact.rigid_points import PointStates, along, given_points, meet, part_of
+from kanefe.kernels.language import dot, inlined, kernel, largest_in, norm
 from kanefe.kernels.loads.markers import motion_of
 from kanefe.kernels.scene import Scene, State, Work
 from kanefe.kernels.tables import Loops
 from kanefe.kernels.tree import Frames
-from kanefe.kernels.values.tensors import dot
 
 
 @kernel

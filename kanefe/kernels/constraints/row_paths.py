@@ -1,14 +1,11 @@
 """Tables of the ways of rows of constraints: the joints and modes between their ends and what carries both."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
+from kanefe.kernels.language import Array, One, Record, Rows, Start, Vector
 from kanefe.kernels.tables import RowPaths
-from kanefe.kernels.values.records import Array, One, Record, Rows, Start
-from kanefe.kernels.values.tensors import Vector
 
 
 class Visit(Record, is_frozen=True):

@@ -1,26 +1,22 @@
 """What a unit multiplier of a row of constraints does to all that it visits on its way inward."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, vector_kernel
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.loop_tables import LEAST_SHARE, Held, LoopFactors, rows_of, terms_of
 from kanefe.kernels.constraints.row_paths import Visit, Visits
 from kanefe.kernels.joints.by_kind import give_way, moved_by
 from kanefe.kernels.joints.handing import Carried, CarriedRows, hand_force_inward
 from kanefe.kernels.joints.motion import put_three
+from kanefe.kernels.language import ZERO, Vector, copy, cross, dot, inlined, vector_kernel
 from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.loads.point_and_field_loads import share_of_modes
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.modal_elimination import push_through_modes, scale, subtract
 from kanefe.kernels.tree import Frames, InterfaceFrame, InterfaceLink, Kind
-from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 @inlined

@@ -1,21 +1,18 @@
 """What rows of constraints exert on the two things they are between, and what acts along them."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.constraint_rows import Action, ConstraintRow, RowKind, exert
 from kanefe.kernels.constraints.loop_tables import RowWork, holds, is_normal, rows_of, terms_of
 from kanefe.kernels.contact.rigid_points import along, given_points, meet, part_of, rub_along
+from kanefe.kernels.language import Vector, cross, dot, inlined, kernel
 from kanefe.kernels.loads.markers import motion_of
 from kanefe.kernels.loads.point_and_field_loads import push
 from kanefe.kernels.scene import Scene, State, Work, bodies_of
 from kanefe.kernels.sweeps.body_inertia import clear_forces
 from kanefe.kernels.tables import Loops
-from kanefe.kernels.values.tensors import Vector, cross, dot
 
 
 @kernel

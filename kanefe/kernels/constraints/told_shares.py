@@ -4,15 +4,13 @@ Multipliers y that together do nothing are those of which the unit responses add
 friction rubs these are fewer than what the rows do not see, ``A y = 0``: the rest changes the motion.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.algebra.least_norm import factor_least, leave_spare
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.constraints.contact_shares import least_margins
 from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, head_of, rows_of
 from kanefe.kernels.contact.rigid_points import given_points, is_closed, is_slipping, touches
+from kanefe.kernels.language import kernel
 from kanefe.kernels.tables import Loops
 
 ROUND_OFF = 1e-13

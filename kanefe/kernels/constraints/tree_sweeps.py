@@ -5,17 +5,15 @@ sees ``force = M a + H alpha + f`` and ``moment = H^T a + J alpha + n`` with a a
 acceleration. (Featherstone 1983 for rigid bodies; the elastic border: `eliminate_modes`; loops: `holding`.)
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.holding import carries_loops, close_at, exert_at, hold_at
 from kanefe.kernels.constraints.loop_tables import Held
 from kanefe.kernels.joints.by_kind import accelerate, eliminate, hand_across, hand_through
 from kanefe.kernels.joints.handing import hand_force_inward
+from kanefe.kernels.language import inlined, kernel
 from kanefe.kernels.scene import Scene, Work, links_of
 from kanefe.kernels.sweeps.modal_elimination import eliminate_modal_forces, eliminate_modes, modal_accelerations
 from kanefe.kernels.tree import Kind, Links

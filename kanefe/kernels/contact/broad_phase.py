@@ -3,13 +3,11 @@
 Nothing is kept from one state to the next: what is found depends on the state alone, and no pair is ever missed.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import inlined, kernel
 
 BALL = 4
 """Number of values of a ball in a list: centre and radius; for complex lists the real parts count."""

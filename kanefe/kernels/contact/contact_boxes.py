@@ -5,16 +5,11 @@ Manocha 1996). Where a face leads, what touches are corners of both faces that l
 where their edges cross: corners of the polygon that they share. Each is a slot, so that friction knows it again.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.lengths import norm
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.force_elements.places import A
-from kanefe.kernels.values.records import numbers_from
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Vector, cross, dot, inlined, norm, numbers_from
 
 OWN_CORNERS, OTHER_CORNERS, CROSSINGS, EDGES, SLOTS = 0, 4, 8, 16, 17
 """First slots: corners of the touching box, corners of the touched box, crossings of the edges of their faces, and

@@ -1,15 +1,10 @@
 """Contacts: points of some frames against a surface, with laws of normal force and of friction (Eq. 11)."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import across
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.compiler.local_numbers import local_numbers
 from kanefe.kernels.contact.contact_places import (
     AnchorStates,
@@ -32,7 +27,7 @@ from kanefe.kernels.contact.laws.turning import Turning, couple
 from kanefe.kernels.contact.meeting import look, look_up, meet, place_of
 from kanefe.kernels.force_elements.coordinate_stop import impact_damping
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches, rates_of
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Vector, across, called_by_address, cross, dot, inlined, kernel
 
 TOUCHES, STICKS = 0, 3
 """Numbers of the events of a contact that change its states, beside that of a slip, 2."""

@@ -1,17 +1,12 @@
 """The signed distance of a closed mesh, found by a tree of boxes: see `kanefe.contact.geometry.mesh`."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import norm, unit
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.nearest_places import on_triangle
-from kanefe.kernels.values.records import Behind, Columns, Record, Rows
-from kanefe.kernels.values.tensors import Vector, dot
+from kanefe.kernels.language import Behind, Columns, Record, Rows, Vector, dot, inlined, kernel, norm, unit
 
 
 class Mesh(Record):

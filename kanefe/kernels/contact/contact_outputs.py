@@ -1,14 +1,9 @@
 """Outputs of contacts: of each as a whole, and of each of its points."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.compiler.local_numbers import local_numbers
 from kanefe.kernels.contact.contact_forces import felt
 from kanefe.kernels.contact.contact_places import (
@@ -24,7 +19,7 @@ from kanefe.kernels.contact.detection import velocity
 from kanefe.kernels.contact.meeting import look, look_up
 from kanefe.kernels.contact.output_places import ContactOutputs, PointOutputs, PointsOutputs, Status
 from kanefe.kernels.force_elements.places import WATCH_SIGNATURE, Ends
-from kanefe.kernels.values.tensors import ZERO
+from kanefe.kernels.language import ZERO, across, called_by_address, inlined, norm
 
 
 @called_by_address(*WATCH_SIGNATURE)

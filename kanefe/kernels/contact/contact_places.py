@@ -1,17 +1,13 @@
 """What a contact is given in numbers, and where its internal states are: see `kanefe.contact.contact_data`."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from enum import IntEnum
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.force_elements.places import End, Ends
-from kanefe.kernels.values.records import Behind, Record, Rows
-from kanefe.kernels.values.tensors import Matrix, Vector
+from kanefe.kernels.language import Behind, Matrix, Record, Rows, Vector, inlined
 
 
 class Kind(IntEnum):

@@ -3,19 +3,29 @@
 A shape is its kind and numbers, in a list of numbers from a place on.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from enum import IntEnum
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_mesh import Away, Mesh, mesh_distance
-from kanefe.kernels.values.records import Behind, Record
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, congruent, cross, diagonal, dot, square
+from kanefe.kernels.language import (
+    Behind,
+    Matrix,
+    Record,
+    Symmetric,
+    Vector,
+    across,
+    congruent,
+    cross,
+    diagonal,
+    dot,
+    inlined,
+    kernel,
+    norm,
+    square,
+)
 
 CLOSE, MOST_STEPS = 1e-9, 20
 """Smallest step of the search for the nearest point of a height field, relative to its grid, and most steps."""

@@ -6,18 +6,13 @@ distance is the next one: what it comes to is a least way out. Margins are added
 is exact.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.convex_shapes import ConvexShape, Posed, face_of, farthest, farthest_of_posed
 from kanefe.kernels.contact.nearest_places import on_segment, on_triangle
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Record, Rows, Vector, across, cross, dot, inlined, kernel, norm
 
 MOST_TRIALS, CLOSE = 100, 1e-16
 """Largest number of simplices, and relative difference of the square of the distance and its lower bound at the end:

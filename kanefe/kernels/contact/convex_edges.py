@@ -3,16 +3,11 @@
 All is in axes of which the third is the normal, away from the other shape.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import norm
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Record, Rows, Vector, cross, dot, inlined, kernel, norm
 
 NOTHING_LEFT = -1.0
 

@@ -9,20 +9,16 @@ and the line of its side, and goes from one to the other with its angle to the n
 is not where the shapes are the deepest, the deepest place carries the rest.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import unit
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.compiler.local_numbers import local_numbers
 from kanefe.kernels.contact.convex_distance import Simplex, gap_and_normal
 from kanefe.kernels.contact.convex_edges import UP, Edge, Polygon, Slots, put_edge, put_edges, put_lines, put_slot
 from kanefe.kernels.contact.convex_shapes import ConvexShape, Posed, Vertices, outward, put_corners, vertex
-from kanefe.kernels.values.tensors import IDENTITY, ZERO, Matrix, Vector, cross, dot
+from kanefe.kernels.language import IDENTITY, ZERO, Matrix, Vector, cross, dot, inlined, kernel, unit
 
 ON_EDGE = 1e-7
 """Distance, relative to the size of the shapes, within which what is beside a face counts as over it."""

@@ -4,19 +4,15 @@ For complex numbers, derivatives of places, normals, depths and shares are diffe
 part of the pose; what the laws make of them is exact.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_places import AtState, Place
 from kanefe.kernels.contact.convex_edges import Slots
 from kanefe.kernels.contact.convex_patch import put_slots
 from kanefe.kernels.contact.convex_shapes import ConvexShape, Posed
 from kanefe.kernels.force_elements.places import Ends
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Matrix, Vector
+from kanefe.kernels.language import Matrix, Record, Vector, inlined, kernel
 
 DIFFERENCE = 1e-5
 """Change of the pose by which derivatives are found, rad, and relative to the size of the shapes."""

@@ -3,18 +3,13 @@
 Numbers of a shape: see `kanefe.contact.convex_numbers`.
 """
 
-from __future__ import annotations
-
 import math
 from collections import namedtuple
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.values.records import Behind, Record, Rows
-from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
+from kanefe.kernels.language import Behind, Matrix, Record, Rows, Vector, across, cross, dot, inlined, norm
 
 SAME_HEIGHT = 1e-9
 """Difference in height, relative to the size, within which vertices are the highest ones together."""

@@ -1,14 +1,10 @@
 """Where a point of a contact is to the surface: depth, normal, place, and how fast it moves past it."""
 
-from __future__ import annotations
-
-from kanefe.kernels.algebra.lengths import norm
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.contact_mesh import Away
 from kanefe.kernels.contact.contact_places import AtState, Place, RestNumbers, end_of, point_of
 from kanefe.kernels.contact.contact_shapes import ShapeKind, distance_in
 from kanefe.kernels.force_elements.places import End, Ends
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Vector, cross, dot, inlined, norm
 
 ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
 """Sine of the angle between the axis of a ring and the normal below which the ring has no lowest point, largest number

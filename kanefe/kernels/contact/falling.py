@@ -1,14 +1,11 @@
 """Friction that falls with the speed of slipping (Stribeck 1902; Bo & Pavelescu 1982), at an anchor that slips."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import Record, inlined
 from kanefe.kernels.values.filled import filled
-from kanefe.kernels.values.records import Record
 
 MOST_TRIALS, CLOSE = 60, 1e-15
 """Largest number of trials of Newton's method, and round-off relative to a speed or an anchor force."""

@@ -5,16 +5,11 @@ that each has an inverse of its own; impulses begin from those of the step befor
 sweep along x, whose order hardly changes from step to step.
 """
 
-from __future__ import annotations
-
 import math
 from collections import namedtuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import beside
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.broad_phase import first_from, sift
 from kanefe.kernels.contact.contact_shapes import distance_in
 from kanefe.kernels.contact.granular_impulses import account, pair_rates, solve
@@ -32,7 +27,7 @@ from kanefe.kernels.contact.granular_scene import (
 )
 from kanefe.kernels.joints.ball import put_turned
 from kanefe.kernels.joints.motion import orientation, three
-from kanefe.kernels.values.tensors import NO_MATRIX, ZERO, Matrix, Vector, cross, dot, skew
+from kanefe.kernels.language import NO_MATRIX, ZERO, Matrix, Vector, beside, cross, dot, entry, inlined, kernel, skew
 
 DONE, TOO_MANY = 0, 1
 

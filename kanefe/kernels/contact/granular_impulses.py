@@ -6,16 +6,12 @@ restitution among them is lowered, or the mean of the rates before and after the
 are known by a tree each (R. E. Tarjan, J. ACM 22 (1975) 215-225).
 """
 
-from __future__ import annotations
-
 import math
 from collections import namedtuple
 
-from kanefe.kernels.algebra.lengths import largest_in
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.granular_scene import BodyStates, Contact, Contacts, Control, Groups, Stage, Steps
 from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
-from kanefe.kernels.values.tensors import ZERO, Vector, dot
+from kanefe.kernels.language import ZERO, Vector, dot, inlined, kernel, largest_in
 
 CLOSE_SHARES = 0.5**HALVINGS
 """Length of an interval of shares that is not halved any more, relative to the whole one."""

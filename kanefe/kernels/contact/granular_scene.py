@@ -3,15 +3,21 @@
 Each named tuple of arrays is read in place; rows of records are views of them.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.compiler.signatures import in_place
-from kanefe.kernels.values.records import Behind, Record, Rows
-from kanefe.kernels.values.tensors import Matrix, Vector
+from kanefe.kernels.language import (
+    Behind,
+    IntegerRows,
+    Integers,
+    Matrix,
+    RealRows,
+    Reals,
+    Record,
+    Rows,
+    Vector,
+    in_place,
+)
 
 
 class LooseBody(Record):

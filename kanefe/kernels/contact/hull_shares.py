@@ -5,18 +5,14 @@ As the hull turns, faces take over from each other by the inverse fourth powers 
 touches less deep than the deepest corner has less, and what is in the air leaves its part to the others.
 """
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_places import AtState, Place, end_of, point_of, softened
 from kanefe.kernels.contact.contact_shapes import ShapeKind
 from kanefe.kernels.contact.detection import away_from
 from kanefe.kernels.force_elements.places import Ends
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Vector, dot
+from kanefe.kernels.language import Record, Vector, dot, inlined, kernel
 
 FLAT = 1e-20
 """Fourth power of an angle, rad4, that is added to that of a face to the surface: it may be zero."""

@@ -1,11 +1,8 @@
 """Where the points of a contact are, whatever its kind: what is known of all of them together, and then of each."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_boxes import BoxesMet, HalfBox, box_slot, boxes_meet
 from kanefe.kernels.contact.contact_places import AtState, Kind, Place, end_of, point_of
 from kanefe.kernels.contact.contact_shapes import Box
@@ -14,6 +11,7 @@ from kanefe.kernels.contact.convex_places import PatchMet, patch_met, patch_plac
 from kanefe.kernels.contact.detection import located
 from kanefe.kernels.contact.hull_shares import HullMet, hull_corner, hull_met
 from kanefe.kernels.force_elements.places import Ends
+from kanefe.kernels.language import inlined, kernel
 
 Met = namedtuple("Met", "boxes corners patch")
 """Knowledge of all points of a contact, of that kind of it that the contact is."""

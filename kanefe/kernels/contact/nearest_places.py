@@ -1,9 +1,6 @@
 """The places of segments and triangles that are nearest to the origin, and which ends they lie between, by bits."""
 
-from __future__ import annotations
-
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Vector, cross, dot, inlined, kernel
 
 
 @inlined

@@ -1,11 +1,8 @@
 """What contacts have as outputs, status and margins: without the code that writes them."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Vector
+from kanefe.kernels.language import Record, Rows, Vector
 
 
 class Status(IntEnum):

@@ -3,23 +3,18 @@
 The equations are those of `kanefe.contact.rigid.meeting` and `kanefe.contact.rigid.rigid_contact`.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import across, beside, norm
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.contact_places import FrictionStates
 from kanefe.kernels.contact.contact_shapes import Plane, ShapeKind, distance, normal_rate
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient
+from kanefe.kernels.language import Matrix, Record, Rows, Vector, across, beside, cross, dot, inlined, kernel, norm
 from kanefe.kernels.loads.markers import Marker, motion_of
 from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.tree import Frames
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
 
 
 class ImpactLaw(IntEnum):

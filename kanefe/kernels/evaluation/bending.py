@@ -4,15 +4,11 @@ A bound of a body's rotation takes a product for each of its coordinates. Only w
 the rotations made.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.values.records import Array, One, Record, Start
+from kanefe.kernels.language import Array, One, Record, Start, copy, kernel
 
 
 class BentBody(Record, is_frozen=True):

@@ -3,15 +3,10 @@
 Nothing is subtracted, so that nothing cancels (Squire & Trapp 1998).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import Prepared, RealRows, ValueRows
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import COMPLEX
 from kanefe.kernels.evaluation.evaluation import DONE_AS, KEEPS
+from kanefe.kernels.language import COMPLEX, Prepared, RealRows, ValueRows, call_address, entry
 from kanefe.kernels.steppers.step_commands import AT, SLOPE
 
 COMPLEX_STEP = 1e-30

@@ -4,23 +4,19 @@
 does, and says what it asks for behind that.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.bodies import AllModalCoordinates
-from kanefe.kernels.compiler._numba import expanded, inlined, kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals, ValueRows, Values
-from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import COMPLEX, REAL
+from kanefe.kernels.compiler.arrays import Values
 from kanefe.kernels.constraints.contact_rates import put_contact_rates
 from kanefe.kernels.constraints.holding import accelerations_to_hold
 from kanefe.kernels.constraints.loop_tables import hold_size
 from kanefe.kernels.constraints.multipliers import hold, respond_to_multipliers
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_inward
 from kanefe.kernels.joints.by_kind import put_coordinate_rates
+from kanefe.kernels.language import COMPLEX, REAL, RealRows, Reals, ValueRows, entry, expanded, inlined, kernel
 from kanefe.kernels.loads.acting import acting_size
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.joint_reactions import add_reactions, follow_reactions

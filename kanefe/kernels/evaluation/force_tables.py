@@ -1,15 +1,10 @@
 """Which forces are told of a state, and where, beside tables in which every body has a row of its own."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.contact.output_places import (
     CONTACT_OUTPUTS,
     POINT_OUTPUTS,
@@ -17,10 +12,24 @@ from kanefe.kernels.contact.output_places import (
     PointsOutputs,
 )
 from kanefe.kernels.force_elements.places import WRENCH, Wrenches
+from kanefe.kernels.language import (
+    Array,
+    IntegerRows,
+    Integers,
+    Many,
+    RealRows,
+    Reals,
+    Record,
+    Rows,
+    Start,
+    Table,
+    Values,
+    Vector,
+    in_place,
+    inlined,
+)
 from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.scene import Scene, Work, memory_size, work_in
-from kanefe.kernels.values.records import Array, Many, Record, Rows, Start, Table, Values
-from kanefe.kernels.values.tensors import Vector
 
 BodyFrames = Rows[Marker]
 """The frame of each body, in its row."""

@@ -6,27 +6,21 @@ modes as in `kanefe.kernels.sweeps.modal_elimination`, where nothing gives way h
 the same from dense partial velocities.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.beams import ExactBeam
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import Felt, hand_inward
 from kanefe.kernels.joints.motion import put_three
+from kanefe.kernels.language import ZERO, RealRows, Reals, Vector, copy, cross, dot, entry, inlined, kernel
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.exact_beams import column_of
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink, Kind, Link
-from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 class Columns(NamedTuple):

@@ -4,14 +4,26 @@ All is summed over the rows after `sweep_outward` and `set_inertia`, in componen
 centre of mass of the scene, which keeps them sharp however far away it drifts.
 """
 
-from __future__ import annotations
-
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBodies
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.language import (
+    NO_INERTIA,
+    ZERO,
+    RealRows,
+    Reals,
+    Record,
+    Rows,
+    Vector,
+    cross,
+    diagonal,
+    dot,
+    entry,
+    inlined,
+    kernel,
+    outer,
+    symmetric,
+)
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_potential
 from kanefe.kernels.loads.joint_forces import JointForces, along
 from kanefe.kernels.loads.loads_between import potential_between
@@ -26,8 +38,6 @@ from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.tables import Tables
 from kanefe.kernels.tree import Frame, Kind, Link
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import NO_INERTIA, ZERO, Vector, cross, diagonal, dot, outer, symmetric
 
 
 class Balance(Record):

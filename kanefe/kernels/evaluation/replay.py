@@ -1,12 +1,8 @@
 """The rates of the states of a run, all at once: a method of integration that visits states and takes no step."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import ADVANCE, INTERPOLATE, copy, pointer
 from kanefe.kernels.steppers.step_commands import Command, Step, ask
 
 TIME_OF, STATE_OF = 0, 1

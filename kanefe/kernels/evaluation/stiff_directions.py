@@ -10,22 +10,17 @@ where the columns of Z are what the tree answers to the wrenches, a sweep of for
 pivot of each load finds as many products as its tangents have: of a spring one, and three if it is under tension.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.constraint_jacobian import walk_inward
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
 from kanefe.kernels.force_elements.places import WRENCH, Wrenches
 from kanefe.kernels.joints.motion import put_three as put_vector
 from kanefe.kernels.joints.motion import three as vector_at
+from kanefe.kernels.language import RealRows, Reals, copy, cross, entry, kernel
 from kanefe.kernels.loads.acting import COORDINATE, BetweenLoads, acting_in, ends_of, loads_of
 from kanefe.kernels.loads.load_tangents import (
     largest_of,
@@ -41,7 +36,6 @@ from kanefe.kernels.steppers.step_commands import DirectedStep, StepArrays
 from kanefe.kernels.sweeps.elastic import add_along_mode, total
 from kanefe.kernels.tables import LoadsBetween
 from kanefe.kernels.tree import Kind
-from kanefe.kernels.values.tensors import cross
 
 NEGLIGIBLE = 1e-12
 """Fraction of the largest tangent of a load below which what is left of them is round-off."""

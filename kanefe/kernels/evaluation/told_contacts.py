@@ -1,14 +1,10 @@
 """Outputs of rigid contacts in a state, as a whole and point by point."""
 
-from __future__ import annotations
-
-from kanefe.kernels.algebra.lengths import norm
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.loop_tables import RowWork, head_of
 from kanefe.kernels.contact.output_places import ContactsOutputs, PointOutputs, PointsOutputs, Status
 from kanefe.kernels.contact.rigid_points import RigidStates, given_points, is_closed, is_slipping, meet
+from kanefe.kernels.language import ZERO, inlined, kernel, norm
 from kanefe.kernels.scene import Scene, State, Work
-from kanefe.kernels.values.tensors import ZERO
 
 
 @kernel

@@ -1,11 +1,8 @@
 """Forces of a state that are told: of joints and loops, along fixed components, and at interfaces."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, solve
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.constraints.loop_tables import RowWork, row_work_in, rows_of
 from kanefe.kernels.constraints.row_wrenches import wrench_on
 from kanefe.kernels.evaluation.force_tables import (
@@ -24,11 +21,11 @@ from kanefe.kernels.evaluation.force_tables import (
 )
 from kanefe.kernels.force_elements.places import Wrench, Wrenches
 from kanefe.kernels.joints.motion import three
+from kanefe.kernels.language import ZERO, Matrix, Vector, cross, dot, inlined, kernel
 from kanefe.kernels.loads.point_and_field_loads import point_load, point_loads_of
 from kanefe.kernels.scene import Scene, State, Work, links_of
 from kanefe.kernels.sweeps.elastic import combined
 from kanefe.kernels.tree import InterfaceFrame, InterfaceLink
-from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, dot
 
 
 @kernel

@@ -1,14 +1,9 @@
 """Loops closed at a time of a run, by a prepared call."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import Prepared, RealRows, Reals
-from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.constraints.closing import CLOSED, ENDED_AS, SHARE_IN_METRIC
+from kanefe.kernels.language import Prepared, RealRows, Reals, call_address, copy, kernel
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
 

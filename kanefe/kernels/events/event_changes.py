@@ -1,15 +1,11 @@
 """What events change: states by loads and rigid contacts, in compiled code, and what is told of it."""
 
-from __future__ import annotations
-
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.evaluation.momenta import Balances
 from kanefe.kernels.events.closing_call import close_at
 from kanefe.kernels.events.lookout import look_at_states, put_given
 from kanefe.kernels.events.watched_run import STORM_SHARE, Does, Lookout, Passage, WatchedRun
 from kanefe.kernels.impacts.contact_questions import Reports, WhyNot, question_of
+from kanefe.kernels.language import call_address, copy, inlined, kernel
 
 
 @inlined

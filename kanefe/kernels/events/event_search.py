@@ -4,14 +4,12 @@
 function: the search is the same.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import exact
+from kanefe.kernels.language import exact
 
 LEAST_DIP = 0.3
 """Minimum of the parabola through three samples, relative to their largest, below which it is examined closely."""

@@ -8,14 +8,11 @@ A polynomial that meets state and rate at both ends of a step has an error like 
 its middle, where it may be well above that of the step itself, this is 1/16; at x = 1.01 it is 1e-4, a 600th of that.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import exact, inlined
-from kanefe.kernels.compiler.arrays import RealRows
 from kanefe.kernels.events.event_search import crossing_between, is_over, sign_of
 from kanefe.kernels.events.watched_run import Does, WatchedRun
+from kanefe.kernels.language import RealRows, exact, inlined
 from kanefe.kernels.steppers.breakpoints import next_breakpoint
 from kanefe.kernels.steppers.step_commands import Run, step_of
 

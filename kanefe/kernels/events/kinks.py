@@ -1,13 +1,10 @@
 """Steps across a kink of a law, taken again up to there."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import exact
 from kanefe.kernels.events.roots_of_step import first_acting
 from kanefe.kernels.events.watched_run import Does, WatchedRun
+from kanefe.kernels.language import copy, exact
 from kanefe.kernels.steppers.step_commands import Run, Step, begin_at, step_of, take_back_outputs
 
 BEYOND_KINK = 0.01

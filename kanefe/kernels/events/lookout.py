@@ -1,14 +1,8 @@
 """Values of events at times of the last step, or just behind it."""
 
-from __future__ import annotations
-
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import exact, inlined, kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import close_at
 from kanefe.kernels.events.watched_run import Lookout, Passage, Question
+from kanefe.kernels.language import RealRows, Reals, call_address, copy, entry, exact, inlined, kernel
 from kanefe.kernels.loads.watching import NEAR
 from kanefe.kernels.steppers.step_commands import Run, step_of
 from kanefe.kernels.sweeps.drives import put_drives

@@ -1,13 +1,11 @@
 """When events happened in a step: the zeros of their functions, in order of time."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import exact
 from kanefe.kernels.events.event_search import Sought, StepSamples, insert, is_known, is_over, is_still, zeros_of
 from kanefe.kernels.events.lookout import value_at
 from kanefe.kernels.events.watched_run import Does, Lookout, Passage, Question, WatchedRun
+from kanefe.kernels.language import exact
 
 
 @exact

@@ -4,14 +4,8 @@ Python is asked where an event changes the scene or ends the run. What is found 
 `kanefe.kernels.events.event_search`, which `kanefe.integrate.events.event_search` takes too, for events of the user.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import exact, inlined, kernel
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import close_at
 from kanefe.kernels.events.event_changes import (
     ask_contacts,
@@ -28,6 +22,7 @@ from kanefe.kernels.events.lookout import look_at_states, look_through, put_clos
 from kanefe.kernels.events.roots_of_step import find_roots, first_acting, is_near, sample
 from kanefe.kernels.events.watched_run import IS_CUT, Does, Going, Lookout, Lookouts, Passage, Question, WatchedRun
 from kanefe.kernels.impacts.contact_questions import Asks, margin_of, no_blurs, question_of
+from kanefe.kernels.language import call_address, copy, entry, exact, inlined, kernel
 from kanefe.kernels.steppers.step_commands import Command, Run, await_output, begin_at, step_of, take_back_outputs
 
 LEAST_FORESEEN = 1e8

@@ -1,24 +1,14 @@
 """What kernels are given that go over the events of a run: the events, and calls that look at their values."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import (
-    NOT_CALLED,
-    Filler,
-    IntegerRows,
-    Integers,
-    Prepared,
-    RealBlocks,
-    RealRows,
-    Reals,
-)
+from kanefe.kernels.compiler.arrays import NOT_CALLED, Filler
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.contact_questions import Inquiry, inquiry_of
+from kanefe.kernels.language import IntegerRows, Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.loads.telling import States
 from kanefe.kernels.steppers.step_commands import Run
 from kanefe.kernels.sweeps.drives import Drives

@@ -1,17 +1,11 @@
 """Damage of stress histories: rainflow counting (ASTM E1049-85, 5.4.4), mean stress, S-N curve, Miner's sum."""
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import RealBlocks, Reals
-from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.values.records import Record
+from kanefe.kernels.language import RealBlocks, Reals, Record, copy, entry, kernel
 
 
 class Correction(IntEnum):

@@ -1,18 +1,13 @@
 """Forces of the wind on a moving frame by tables over the angle of the wind (Eq. 11)."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.periodic_load import put_own
 from kanefe.kernels.force_elements.places import SIGNATURE, Done, Ends, Wrench
-from kanefe.kernels.values.records import Behind, Record, Rows, numbers_from
-from kanefe.kernels.values.tensors import ZERO, Vector
+from kanefe.kernels.language import ZERO, Behind, Record, Rows, Vector, called_by_address, inlined, numbers_from
 
 
 class AerodynamicsNumbers(Record):

@@ -1,15 +1,10 @@
 """Bearings: a shaft that turns on and on, held by coefficients over its speed (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.bushing import SixBySix, put_on_both, rates_from_a, six_by_six
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends
-from kanefe.kernels.values.records import Behind, Record, Rows
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Behind, Record, Rows, Vector, called_by_address, cross, dot, inlined
 
 
 class BearingNumbers(Record):

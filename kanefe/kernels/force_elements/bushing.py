@@ -1,17 +1,12 @@
 """Bushings: springs and dampers in all six directions between two ends (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, Done, End, Ends, Wrenches
+from kanefe.kernels.language import Matrix, Record, Vector, called_by_address, cross, dot, inlined
 from kanefe.kernels.sweeps.slopes import slope_motion
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
 
 
 class SixBySix(Record):

@@ -1,17 +1,12 @@
 """Dry friction along joint coordinates, with an anchor that holds, under given caps or a joint's load (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches, rates_of
-from kanefe.kernels.values.records import Columns, Record
-from kanefe.kernels.values.tensors import Vector, cross, dot
+from kanefe.kernels.language import Columns, Record, Vector, called_by_address, cross, dot, inlined
 
 MOST_DIRECTIONS = 3
 

@@ -1,14 +1,9 @@
 """Stops along joint coordinates, with damping that grows with how far they give way (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Vector
+from kanefe.kernels.language import Record, Vector, called_by_address, inlined
 
 
 class StopNumbers(Record):

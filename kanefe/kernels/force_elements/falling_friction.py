@@ -1,11 +1,7 @@
 """Dry friction along joint coordinates that falls with the speed of slipping (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.contact.falling import slip_speed
 from kanefe.kernels.force_elements.coordinate_friction import (
     FrictionNumbers,
@@ -16,6 +12,7 @@ from kanefe.kernels.force_elements.coordinate_friction import (
     share_kept,
 )
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done
+from kanefe.kernels.language import called_by_address, kernel
 
 
 @called_by_address(*SIGNATURE)

@@ -1,11 +1,9 @@
 """What a load without a kernel does, as its `action` in Python has said."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE
+from kanefe.kernels.language import called_by_address
 
 
 @called_by_address(*SIGNATURE)

@@ -6,20 +6,15 @@ the forces ``-k (P - r)`` on the runner and ``k b_i (P - r)`` on the points are 
 without the derivative of s.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.compiler.local_numbers import local_numbers
 from kanefe.kernels.force_elements.nearest_on_line import Line, nearest_on_pieces
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches
+from kanefe.kernels.language import Record, Vector, called_by_address, dot, inlined
 from kanefe.kernels.links.polynomials import POWERS, piece_at
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Vector, dot
 
 
 class GuideNumbers(Record):

@@ -5,15 +5,11 @@ On each piece the places where the distance is least or largest are roots of a p
 below zero the distance is least, and the root there is found in a bracket. A piece that is too far away is left out.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.force_elements.places import End, Ends
+from kanefe.kernels.language import ZERO, Behind, Record, Rows, Vector, dot, kernel, numbers_from
 from kanefe.kernels.links.polynomials import POWERS
-from kanefe.kernels.values.records import Behind, Record, Rows, numbers_from
-from kanefe.kernels.values.tensors import ZERO, Vector, dot
 
 STEPS = 32
 """Number of steps in which a piece is looked at: its distance has five least places at most."""

@@ -1,16 +1,12 @@
 """Oleo struts: a gas spring and oil through an orifice, along the line between two ends (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, Done
 from kanefe.kernels.force_elements.spring import draw_together, line_between
-from kanefe.kernels.values.records import Record
+from kanefe.kernels.language import Record, called_by_address, inlined
 
 
 class OleoNumbers(Record):

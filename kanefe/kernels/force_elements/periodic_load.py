@@ -1,16 +1,11 @@
 """Loads that repeat with the turns of a rotor, in the axes of their frame (Eq. 11)."""
 
-from __future__ import annotations
-
 import math
 from typing import Annotated, Any
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, Done, Ends, Wrench, Wrenches
 from kanefe.kernels.force_elements.spring import interpolated
-from kanefe.kernels.values.records import Behind, Record, Rows, numbers_from
-from kanefe.kernels.values.tensors import Vector, dot
+from kanefe.kernels.language import Behind, Record, Rows, Vector, called_by_address, dot, inlined, numbers_from
 
 
 class PeriodicLoadNumbers(Record):

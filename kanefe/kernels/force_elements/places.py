@@ -1,13 +1,9 @@
 """What a load between frames is told of its ends, and what it writes: records in the lists that it is called with."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import NUMBER, NUMBERS, VALUES
-from kanefe.kernels.values.records import Behind, Record, Rows, column, numbers_from
-from kanefe.kernels.values.tensors import Matrix, Vector
+from kanefe.kernels.language import Behind, Matrix, Record, Rows, Vector, column, inlined, numbers_from
 
 SIGNATURE = (NUMBER, NUMBERS, NUMBERS, VALUES, VALUES, VALUES)
 """Kinds of the arguments of the function: t, numbers, inputs, ends, states, out."""

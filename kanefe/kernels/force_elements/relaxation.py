@@ -1,13 +1,9 @@
 """Arms of viscoelastic bodies along their modal coordinates: see `kanefe.bodies.relaxation.Relaxation` (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any, NamedTuple
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Ends, Wrenches, rates_of
-from kanefe.kernels.values.records import Behind, Record, numbers_from
+from kanefe.kernels.language import Behind, Record, called_by_address, inlined, numbers_from
 
 
 class RelaxationNumbers(Record):

@@ -1,17 +1,13 @@
 """Ropes: one tension along a path over points, never compression (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, Wrenches
 from kanefe.kernels.force_elements.spring import line_between
+from kanefe.kernels.language import Behind, Record, called_by_address, inlined
 from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial
-from kanefe.kernels.values.records import Behind, Record
 
 
 class Cable(Record):

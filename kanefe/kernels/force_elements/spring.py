@@ -1,16 +1,11 @@
 """Springs and dampers along the line between two ends (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, Done, Ends, Wrenches
-from kanefe.kernels.values.records import Behind, Record
-from kanefe.kernels.values.tensors import Vector, dot
+from kanefe.kernels.language import Behind, Record, Vector, called_by_address, dot, inlined
 
 
 class SpringNumbers(Record):

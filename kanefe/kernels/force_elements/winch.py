@@ -1,15 +1,11 @@
 """Winches: a cable that is paid out or drawn in towards a tension, as fast as the winch can (Eq. 11)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
 from kanefe.kernels.force_elements.places import SIGNATURE, WATCH_SIGNATURE, Done, rates_of
 from kanefe.kernels.force_elements.rope import Cable, pull, put_gradient, put_margins, way_over
 from kanefe.kernels.force_elements.spring import interpolated
-from kanefe.kernels.values.records import Behind, Record
+from kanefe.kernels.language import Behind, Record, called_by_address, inlined
 
 
 class WinchNumbers(Record):

@@ -12,18 +12,11 @@ projections which of a contact's states holds (Comput. Methods Appl. Mech. Eng. 
 lead to what these do not find in a few rounds.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
-from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.impacts.tolerances import (
     CLOSE,
     DEPENDENT,
@@ -36,9 +29,20 @@ from kanefe.kernels.impacts.tolerances import (
     SWEEPS,
 )
 from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.language import (
+    Integers,
+    RealRows,
+    Reals,
+    Record,
+    Rows,
+    Vector,
+    copy,
+    entry,
+    in_place,
+    inlined,
+    kernel,
+)
 from kanefe.kernels.values.filled import allocate
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Vector
 
 
 class Cone(Record):

@@ -4,13 +4,8 @@ Impacts follow `kanefe.kernels.impacts.impulses`, all contacts that are closed t
 decided by the forces: the complementarity of accelerations.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.contact.rigid_points import (
     AT_REST,
     GivenPoints,
@@ -60,7 +55,7 @@ from kanefe.kernels.impacts.tolerances import (
     STILL,
     STOPPED,
 )
-from kanefe.kernels.values.tensors import ZERO, Vector, dot
+from kanefe.kernels.language import ZERO, Reals, Vector, dot, entry, inlined, kernel
 
 
 @entry()

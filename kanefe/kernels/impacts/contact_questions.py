@@ -1,18 +1,13 @@
 """What events of rigid contacts are asked for in compiled code, and what they tell."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
-from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.contact.output_places import Margins
+from kanefe.kernels.language import Integers, RealRows, Reals, Record, Rows, in_place, inlined
 from kanefe.kernels.values.filled import allocate
-from kanefe.kernels.values.records import Record, Rows
 
 
 class Asks(IntEnum):

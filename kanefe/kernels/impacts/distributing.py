@@ -8,12 +8,8 @@ friction takes some (the distributing law of C. Liu, Z. Zhao & B. Brogliato, Pro
 over time in place of the impulse of one contact).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.rigid_points import GivenPoints, RigidPoint
 from kanefe.kernels.impacts.cones import Cones, Problem, largest_of
 from kanefe.kernels.impacts.tolerances import (
@@ -25,6 +21,7 @@ from kanefe.kernels.impacts.tolerances import (
     OVER,
     SHARING_STEP,
 )
+from kanefe.kernels.language import copy, inlined, kernel
 
 
 @kernel

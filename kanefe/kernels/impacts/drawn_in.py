@@ -12,11 +12,8 @@ several always do: that to which the impulses of ever shorter times come, ``v + 
 h goes to zero (D. E. Stewart, Arch. Ration. Mech. Anal. 145 (1998) 215-260), and the second part that it leads to.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import GivenPoints, given_points
 from kanefe.kernels.impacts.cones import Cones, largest_of, let_choose
@@ -34,7 +31,7 @@ from kanefe.kernels.impacts.decision import (
 from kanefe.kernels.impacts.impulses import move_by_forces, press, put_groups, strike_alone
 from kanefe.kernels.impacts.tolerances import APART, CLOSELY, NOT_DETERMINED, ROUND_OFF_OF_FORCES, SHORTEST
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.values.tensors import ZERO, Vector
+from kanefe.kernels.language import ZERO, Vector, inlined, kernel
 
 BEYOND = 100.0
 """Change of rates in that time, relative to what accelerations without contacts make, from which it is an impact."""

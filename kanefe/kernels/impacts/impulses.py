@@ -10,13 +10,8 @@ energy, ``p_C . (v + v_C) / 2 = p_C . v_C - p_C G p_C / 2 <= 0``; of the second 
 the whole gives none. With any share of it impulses are in their cones and nothing approaches: both are convex.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import largest_in
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.rigid_points import GivenPoints, ImpactLaw, RigidPoint, RigidStates, given_points
 from kanefe.kernels.impacts.cones import Cones, largest_of, let_choose, solve_least_norm
 from kanefe.kernels.impacts.decision import (
@@ -45,7 +40,7 @@ from kanefe.kernels.impacts.tolerances import (
     STRUCK,
 )
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.values.tensors import ZERO, Symmetric, Vector, dot
+from kanefe.kernels.language import ZERO, Symmetric, Vector, copy, dot, inlined, kernel, largest_in
 
 
 @kernel

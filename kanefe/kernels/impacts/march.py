@@ -1,18 +1,14 @@
 """Memory of steps over the impacts of rigid contacts: what they are asked for, and what they have told."""
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import NamedTuple
 
-from kanefe.kernels.compiler.arrays import Integers, Reals
-from kanefe.kernels.compiler.signatures import in_place
 from kanefe.kernels.constraints.contact_margins import Looked
 from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.impacts.decision import Asking
 from kanefe.kernels.impacts.step_impulses import Step
+from kanefe.kernels.language import Integers, Reals, Record, in_place
 from kanefe.kernels.tables import FlexibleTables, Loops, Tables
-from kanefe.kernels.values.records import Record
 
 BEYOND = 1e-6
 """Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run

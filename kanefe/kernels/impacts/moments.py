@@ -1,17 +1,11 @@
 """A scene with rigid contacts at a moment: what unit forces at its points do, and how far they are from events."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.pivoted import factor, pivots_of, solve
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Filler, Reals
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.arrays import Filler
 from kanefe.kernels.constraints.constraint_rows import RowKind
 from kanefe.kernels.constraints.contact_margins import Looked, find_forces
 from kanefe.kernels.constraints.loop_tables import Limits, UnitResponses, has_loops, head_of, rows_of, unit_responses_in
@@ -27,6 +21,7 @@ from kanefe.kernels.contact.rigid_points import (
 )
 from kanefe.kernels.evaluation.evaluation import DONE_AS
 from kanefe.kernels.impacts.decision import Asked, Decision, Look, Moment, Points, Status, points_of
+from kanefe.kernels.language import Reals, call_address, copy, entry, inlined, kernel
 from kanefe.kernels.steppers.step_commands import RATES, SLOPE
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.drives import Drives, put_drives

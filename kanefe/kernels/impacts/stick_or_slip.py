@@ -3,15 +3,10 @@
 The complementarity of accelerations; where it is in balance with the limit of friction, that of a moment later.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import largest_in
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import RigidPoint, given_points
 from kanefe.kernels.impacts.cones import Cone, Cones, Problem, largest_of, let_choose, rates_by, slips_along, summed
@@ -39,7 +34,7 @@ from kanefe.kernels.impacts.tolerances import (
     ROUND_OFF_OF_FORCES,
 )
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.values.tensors import ZERO
+from kanefe.kernels.language import ZERO, copy, inlined, kernel, largest_in
 
 
 class Event(NamedTuple):

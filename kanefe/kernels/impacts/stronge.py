@@ -11,20 +11,14 @@ R. Soc. Lond. A 431 (1990) 169-181; "Impact Mechanics", 2000, chapters 4 and 5).
 Mech. 63 (1996) 168-172).
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import largest_in
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import RigidPoint
 from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, SETTLED, STRAIGHT_SLIP, WEAK
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Symmetric, Vector
+from kanefe.kernels.language import Record, Rows, Symmetric, Vector, copy, inlined, kernel, largest_in
 
 FIRST_TURN, MOST_STEPS, HALVINGS = 0.1, 20000, 60
 """First angle of a slip that turns, rad; largest number of steps, of which some hundreds are common; and number of

@@ -4,15 +4,8 @@ The equations are those of `kanefe.literal.impact_steps`. The scene is asked for
 events of rigid contacts have: a unit of its own, which is built where a run takes such steps.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.lengths import largest_in
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.constraints.contact_margins import Looked
 from kanefe.kernels.constraints.loop_tables import head_of, unit_responses_in
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
@@ -26,11 +19,11 @@ from kanefe.kernels.impacts.impulses import respond
 from kanefe.kernels.impacts.march import BEYOND, DOUBLY, ROUND_OFF, Ending, ImpactScene, March, Progress, Told
 from kanefe.kernels.impacts.step_impulses import ClosedPoints, Tried, solve_islands
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
+from kanefe.kernels.language import ZERO, RealRows, Reals, copy, dot, entry, inlined, kernel, largest_in
 from kanefe.kernels.scene import Sizes
 from kanefe.kernels.steppers.step_commands import SLOPE
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.tables import Tables
-from kanefe.kernels.values.tensors import ZERO, dot
 
 
 @entry()

@@ -1,7 +1,5 @@
 """From where on numbers count at events of rigid contacts: the same for both routes."""
 
-from __future__ import annotations
-
 ROUND_OFF_OF_GAPS = 1e-14
 """Gap, relative to the length of what moves and to the distance of a point from the origin, below which its sign is
 round-off. The lowest bounces that are resolved are a hundred times as high."""

@@ -1,16 +1,13 @@
 """Links of one coordinate: what they share, and those along and about the z of their joint."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.joints.handing import Felt
 from kanefe.kernels.joints.motion import ROUND_OFF, Relative
+from kanefe.kernels.language import Matrix, Vector, dot, inlined, outer, square, turned_about_z
 from kanefe.kernels.tree import AxisFrame, Link
-from kanefe.kernels.values.tensors import Matrix, Vector, dot, outer, square, turned_about_z
 
 
 @inlined

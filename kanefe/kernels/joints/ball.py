@@ -4,17 +4,14 @@ An armature i is the same about all axes: with ``T = (J + i)^-1`` the parent fee
 ``i T J``, and of what acts about the link the torque and ``i T`` of the rest.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.joints.handing import Felt
 from kanefe.kernels.joints.motion import has_inverse, orientation, put_three, three
+from kanefe.kernels.language import NO_INERTIA, NO_MATRIX, Matrix, Vector, diagonal, inlined, symmetric
 from kanefe.kernels.tree import BallFrame, Link
-from kanefe.kernels.values.tensors import NO_INERTIA, NO_MATRIX, Matrix, Vector, diagonal, symmetric
 
 
 @inlined

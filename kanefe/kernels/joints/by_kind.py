@@ -3,13 +3,10 @@
 A link without a joint, FIXED, and a driven coordinate are passed by: they have no speed to eliminate.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.joints.axis import (
     acceleration_along,
     across_axis,
@@ -32,9 +29,9 @@ from kanefe.kernels.joints.given import move_given
 from kanefe.kernels.joints.handing import Carried, Felt, hand_inward
 from kanefe.kernels.joints.motion import Relative, put_motion, put_three, three
 from kanefe.kernels.joints.revolute import eliminate_revolute, move_revolute
+from kanefe.kernels.language import ZERO, Vector, cross, dot, inlined
 from kanefe.kernels.scene import State
 from kanefe.kernels.tree import AxisFrame, BallFrame, Frame, FreeFrame, GivenFrame, Kind, Link
-from kanefe.kernels.values.tensors import ZERO, Vector, cross, dot
 
 
 @inlined

@@ -1,13 +1,10 @@
 """Free links, which move as if alone: velocity in the joint's fixed frame, angular velocity in axes of the link."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.joints.motion import has_inverse, orientation, put_three, three
+from kanefe.kernels.language import Matrix, Vector, diagonal, inlined, symmetric
 from kanefe.kernels.tree import FreeFrame, Link
-from kanefe.kernels.values.tensors import Matrix, Vector, diagonal, symmetric
 
 
 @inlined

@@ -1,16 +1,12 @@
 """Links of one coordinate whose motion a C function gives (`kanefe.kernels.links`)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.joints.motion import Relative
+from kanefe.kernels.language import Matrix, Vector, call_address, inlined
 from kanefe.kernels.tree import Frame, FunctionFrame, FunctionMotion, GivenFrame, GivenLink, Link
-from kanefe.kernels.values.tensors import Matrix, Vector
 
 
 @inlined

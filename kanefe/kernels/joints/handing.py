@@ -1,13 +1,9 @@
 """Inertia and force of a link come to its parent: by a shift alone, since all is in N."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import Matrix, Record, Rows, Symmetric, Vector, cross, inlined, skew, symmetric
 from kanefe.kernels.tree import Frame
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, cross, skew, symmetric
 
 
 class Carried(Record):

@@ -1,14 +1,11 @@
 """Numbers of joints in lists of coordinates, speeds and forces, and what joints of all kinds share."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import Matrix, Symmetric, Vector, cross, inlined, rotation
 from kanefe.kernels.tree import Motion
-from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, cross, rotation
 
 ROUND_OFF = 1e-14
 """Inertia along another direction, relative to the largest inertia of a body, below which it is round-off and counts as

@@ -1,16 +1,13 @@
 """Hinges: links that turn about the z of their joint by their coordinate."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.joints.axis import motion_along
 from kanefe.kernels.joints.motion import ROUND_OFF
+from kanefe.kernels.language import Matrix, Vector, dot, inlined, turned_about_z
 from kanefe.kernels.tree import AxisFrame, Link
-from kanefe.kernels.values.tensors import Matrix, Vector, dot, turned_about_z
 
 
 @inlined

@@ -1,17 +1,12 @@
 """Points on curves: a piecewise polynomial in its arc length, and a frame along it."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.language import IDENTITY, Behind, Matrix, Record, Vector, called_by_address, cross, dot, inlined
 from kanefe.kernels.links.places import SIGNATURE, WrittenMotion
 from kanefe.kernels.links.polynomials import POWERS, piece_at, vector_polynomial
-from kanefe.kernels.values.records import Behind, Record
-from kanefe.kernels.values.tensors import IDENTITY, Matrix, Vector, cross, dot
 
 
 class CurveNumbers(Record):

@@ -1,16 +1,11 @@
 """The motion of a deck: polynomials of time of a ship's six motions, the turn they are, and a point away from them."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.language import Behind, Matrix, Record, Vector, called_by_address, cross, inlined
 from kanefe.kernels.links.places import SIGNATURE, WrittenMotion
-from kanefe.kernels.values.records import Behind, Record
-from kanefe.kernels.values.tensors import Matrix, Vector, cross
 
 POWERS = 12
 MOTIONS = 6

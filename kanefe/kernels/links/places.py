@@ -1,10 +1,7 @@
 """What the function of a link writes: the motion of its frame M seen from its frame F, in components of F."""
 
-from __future__ import annotations
-
 from kanefe.kernels.compiler.addresses import NUMBERS, VALUES
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Matrix, Vector
+from kanefe.kernels.language import Matrix, Record, Vector
 
 SIGNATURE = (NUMBERS, VALUES, VALUES)
 """Kinds of the arguments of the function: numbers, q, out."""

@@ -1,11 +1,8 @@
 """Piecewise polynomials among the numbers of a link: which piece, and its values and derivatives."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.values.tensors import Vector
+from kanefe.kernels.language import Vector, inlined
 
 POWERS = 6
 

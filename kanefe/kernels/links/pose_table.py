@@ -1,13 +1,10 @@
 """Poses given by a table: piecewise polynomials of time of the position and of Euler parameters of any length."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler.addresses import called_by_address
+from kanefe.kernels.language import called_by_address, cross, dot, rotation
 from kanefe.kernels.links.places import SIGNATURE, WrittenMotion
 from kanefe.kernels.links.polynomials import POWERS, piece_at, polynomial, vector_polynomial
-from kanefe.kernels.values.tensors import cross, dot, rotation
 
 
 @called_by_address(*SIGNATURE)

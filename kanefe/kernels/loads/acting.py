@@ -1,17 +1,14 @@
 """Loads between frames: what is given of each, and what an evaluation of them writes on its way."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.force_elements.places import END_NUMBERS
+from kanefe.kernels.language import Array, Record, Rows, Start, inlined
 from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.scene import Scene, Work
 from kanefe.kernels.tables import LoadsBetween
-from kanefe.kernels.values.records import Array, Record, Rows, Start
 
 COORDINATE, A_POINT = -2, -3
 """Values in place of the row of an end: it is a joint coordinate; it is a point of a flexible body."""

@@ -1,11 +1,8 @@
 """The law of a spring, a damper and stops along one joint coordinate: force, energy and slopes."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.values.records import Record, Rows
+from kanefe.kernels.language import Record, Rows, inlined
 
 
 class CoordinateLaw(Record):

@@ -1,15 +1,12 @@
 """Forces along single joint coordinates: springs, dampers, stops and motors."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import Record, Rows, inlined
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_force
 from kanefe.kernels.scene import State
-from kanefe.kernels.values.records import Record, Rows
 
 
 class JointForce(Record):

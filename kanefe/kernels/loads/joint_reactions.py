@@ -1,17 +1,13 @@
 """Reactions of joints, and loads of joints that follow them: friction from a joint's own load."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.force_elements.coordinate_friction import FrictionNumbers, put_load_rates
 from kanefe.kernels.force_elements.places import Wrenches
+from kanefe.kernels.language import Record, Rows, Vector, cross, inlined, kernel
 from kanefe.kernels.loads.acting import acting_in, loads_of
 from kanefe.kernels.loads.loads_between import put_ends
 from kanefe.kernels.scene import Scene, State, Work
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import Vector, cross
 
 
 class Bearing(Record):

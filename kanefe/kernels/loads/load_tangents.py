@@ -9,20 +9,15 @@ p of the rates in z, ``dz = p (g_e e + g_z dz) + rest`` is solved for dz, of eac
     dF = T e + T_z rest,    T = F_e + F_z X,   T_z = F_z Y.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, solve
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.force_elements.places import END_NUMBERS, WRENCH, WRENCHES, End, Ends, done_size
+from kanefe.kernels.language import Vector, call_address, copy, inlined, kernel, skew
 from kanefe.kernels.loads.acting import COORDINATE, BetweenLoad, LoadEnds, acting_in, ends_of, loads_of
 from kanefe.kernels.scene import Scene, State, Work
-from kanefe.kernels.values.tensors import Vector, skew
 
 COMPLEX_STEP = 1e-30
 

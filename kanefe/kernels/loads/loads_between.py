@@ -1,14 +1,11 @@
 """Loads between frames and along joint coordinates (Eq. 11): ends gathered, functions called, wrenches applied."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.compiler.calls import call_address
 from kanefe.kernels.force_elements.places import Done, Ends, Wrenches, done_size, rates_of
+from kanefe.kernels.language import Vector, call_address, cross, inlined, kernel, vector_kernel
 from kanefe.kernels.loads.acting import COORDINATE, BetweenLoad, LoadEnd, acting_in, ends_of, loads_of
 from kanefe.kernels.loads.joint_forces import along
 from kanefe.kernels.loads.markers import put_motion
@@ -18,7 +15,6 @@ from kanefe.kernels.loads.reach import ReachSizes, Team, find_near, teams_of
 from kanefe.kernels.scene import Scene, State, Work, bodies_of
 from kanefe.kernels.sweeps.elastic import add_along_mode
 from kanefe.kernels.tables import LoadsBetween
-from kanefe.kernels.values.tensors import Vector, cross
 
 
 @inlined

@@ -1,14 +1,10 @@
 """Markers: frames fixed in rows, between which springs, bushings and constraints act."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.force_elements.places import End
+from kanefe.kernels.language import Matrix, Record, Vector, cross, inlined
 from kanefe.kernels.tree import Frame, Frames
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Matrix, Vector, cross
 
 
 class Marker(Record, is_frozen=True):

@@ -1,18 +1,27 @@
 """Forces and torques on rows, and distributed loads on flexible bodies (Eq. 11, 30, 35)."""
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.joints.motion import three
+from kanefe.kernels.language import (
+    Array,
+    Matrix,
+    One,
+    Record,
+    Rows,
+    Start,
+    Vector,
+    cross,
+    dot,
+    inlined,
+    kernel,
+    vector_kernel,
+)
 from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import combined, total, transposed_product
 from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind
-from kanefe.kernels.values.records import Array, One, Record, Rows, Start
-from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
 
 
 class PointLoad(Record):

@@ -4,20 +4,16 @@ They have no rows: nothing of them is computed where no load acts. The motion of
 is one product with eta and one with deta, and their forces come to the modes by the transpose of it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, vector_kernel
 from kanefe.kernels.force_elements.places import Done, Ends, Wrenches
 from kanefe.kernels.joints.motion import put_three, three
+from kanefe.kernels.language import ZERO, Matrix, Record, Rows, cross, inlined, vector_kernel
 from kanefe.kernels.loads.acting import acting_in, ends_of, loads_of
 from kanefe.kernels.loads.reach import Team, teams_of
 from kanefe.kernels.scene import FlexibleSizes, Scene, Work, bodies_of
 from kanefe.kernels.sweeps.elastic import transposed_product
 from kanefe.kernels.sweeps.slopes import slope_motion
-from kanefe.kernels.values.records import Record, Rows
-from kanefe.kernels.values.tensors import ZERO, Matrix, cross
 
 
 class Tangent(Record):

@@ -5,19 +5,28 @@ found is exact: it depends on the state alone, whatever the speeds are. What tou
 ball on a flexible body grows by a bound on how far its points are displaced, ``sum_j w_j |eta_j|``.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
 from kanefe.kernels.contact.broad_phase import BALL, overlap, sort_along_widest
+from kanefe.kernels.language import (
+    Array,
+    Many,
+    Matrix,
+    Record,
+    Rows,
+    Start,
+    Values,
+    Vector,
+    dot,
+    inlined,
+    kernel,
+    vector_kernel,
+)
 from kanefe.kernels.loads.acting import Acting, acting_in
 from kanefe.kernels.scene import Scene, Work, bodies_of
 from kanefe.kernels.tree import Frames
-from kanefe.kernels.values.records import Array, Many, Record, Rows, Start, Values
-from kanefe.kernels.values.tensors import Matrix, Vector, dot
 
 WIDER = 1e-12
 """Size that balls have more, relative to the coordinates of their places: far more than round-off of a touch."""

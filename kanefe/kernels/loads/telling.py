@@ -1,12 +1,8 @@
 """Outputs of loads between frames in states of a run."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.compiler.arrays import Integers, RealBlocks, RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.language import Integers, RealBlocks, RealRows, Reals, entry, inlined
 from kanefe.kernels.loads.acting import acting_in, loads_of
 from kanefe.kernels.loads.loads_between import evaluate_alone
 from kanefe.kernels.scene import Scene, State, state_in, work_in

@@ -1,25 +1,31 @@
 """Event values of loads in states of a run: values of functions of loads between frames."""
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.force_elements.places import done_size
+from kanefe.kernels.language import (
+    Array,
+    Integers,
+    RealRows,
+    Reals,
+    Record,
+    Rows,
+    Vector,
+    call_address,
+    copy,
+    dot,
+    entry,
+    inlined,
+    kernel,
+)
 from kanefe.kernels.loads.acting import COORDINATE, acting_in, ends_of, loads_of
 from kanefe.kernels.loads.loads_between import evaluate_alone
 from kanefe.kernels.loads.reach import Balls, ReachSizes, find_near, find_swept
 from kanefe.kernels.loads.telling import States, state_at
 from kanefe.kernels.scene import Scene, Work, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
-from kanefe.kernels.values.records import Array, Record, Rows
-from kanefe.kernels.values.tensors import Vector, dot
 
 NEAR, ALL = -1, -2
 """Values for the loads that are looked at: those that come near, and all."""

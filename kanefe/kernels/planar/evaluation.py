@@ -1,14 +1,10 @@
 """One evaluation of the right-hand side of a planar scene, with three speeds a body at most."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.algebra.cosines import put_cosines
-from kanefe.kernels.compiler._numba import expanded
-from kanefe.kernels.compiler.arrays import RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.evaluation.evaluation import Asked, pushes_in
+from kanefe.kernels.language import RealRows, Reals, entry, expanded
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import PlanarTables, PlanarWork

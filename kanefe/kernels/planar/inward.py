@@ -4,13 +4,11 @@ The coordinates of each joint are eliminated from the inertia of what it carries
 its parent a mass that resists translations only: three numbers in place of six.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import inlined
 from kanefe.kernels.planar.layout import (
     ACCELERATION,
     ALPHA,

@@ -5,15 +5,11 @@ children; row 0 is N, so that no row needs to be asked whether it has a parent. 
 all coordinates are zero: an angle is then a sum of coordinates, and the axes of a row are its cosine and sine.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
-from kanefe.kernels.compiler.signatures import in_place
-from kanefe.kernels.values.records import Array, Record, Start
+from kanefe.kernels.language import Array, IntegerRows, Integers, RealRows, Reals, Record, Start, in_place
 
 # Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane
 TURN, SLIDE, FLOAT = range(3)

@@ -3,13 +3,11 @@
 Forces and torques on the rows of a planar scene (Eq. 11): what of them acts in the plane.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined
+from kanefe.kernels.language import inlined
 from kanefe.kernels.planar.layout import (
     AXIS,
     BIAS,

@@ -6,12 +6,9 @@ the last look. `left_sides` are, if there are any, as many times: the last ones 
 have their values from before it (where none jumps, itself).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import copy, inlined, kernel
 from kanefe.kernels.steppers.step_commands import Command, Reason, Step
 
 FEWEST_KEPT, MOST_KEPT = 8, 1024

@@ -24,16 +24,11 @@ What is kept is compared with its value at the start of the run, so that neither
 adds up over the steps.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import ADVANCE, INTERPOLATE, Vector, copy, dot, kernel, pointer
 from kanefe.kernels.steppers.breakpoints import accept, clip
 from kanefe.kernels.steppers.kept_quantities import (
     CLOSE,
@@ -50,7 +45,6 @@ from kanefe.kernels.steppers.kept_quantities import (
 from kanefe.kernels.steppers.mixing import mix
 from kanefe.kernels.steppers.moves import move, move_within
 from kanefe.kernels.steppers.step_commands import Command, Reason, ask, fail, largest_share
-from kanefe.kernels.values.tensors import Vector, dot
 
 MANY_SWEEPS, MOST_SWEEPS = 30, 60
 

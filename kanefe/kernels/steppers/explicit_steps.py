@@ -5,17 +5,12 @@ own rate (first same as last); further stages of the dense output; then the weig
 dense output, again from the second column on.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.compiler.arrays import ADVANCE, INTERPOLATE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import ADVANCE, INTERPOLATE, Array, copy, inlined, kernel, pointer, vector_kernel
 from kanefe.kernels.steppers.breakpoints import accept, clip, end_of, has_jumped
 from kanefe.kernels.steppers.step_commands import (
     Command,
@@ -29,7 +24,6 @@ from kanefe.kernels.steppers.step_commands import (
     scaled_size,
     wish,
 )
-from kanefe.kernels.values.records import Array
 
 # By which the first step may grow, which is a guess far on the safe side: as in CVODE (Hindmarsh et al., ACM Trans.
 # Math. Software 31 (2005) 363-396)

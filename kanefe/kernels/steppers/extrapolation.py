@@ -10,16 +10,11 @@ Its error has an expansion in powers of h, whatever part of the forces is in C a
 the state and its derivatives at the end, extrapolated from backward differences (Hairer & Ostermann 1990).
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import ADVANCE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import ADVANCE, copy, inlined, kernel, pointer
 from kanefe.kernels.steppers.breakpoints import accept, clip, end_of
 from kanefe.kernels.steppers.extrapolation_dense import (
     LARGEST_COLUMNS,

@@ -3,18 +3,12 @@
 The derivatives are extrapolated from backward differences of the substeps (Hairer & Ostermann 1990).
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import INTERPOLATE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import INTERPOLATE, Array, Columns, copy, inlined, kernel, pointer
 from kanefe.kernels.steppers.step_commands import Row, Step
-from kanefe.kernels.values.records import Array, Columns
 
 LARGEST_COLUMNS = 12
 

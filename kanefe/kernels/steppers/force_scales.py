@@ -10,11 +10,9 @@ with deflections eta relative to what moves the body by its size, for which m is
 the tolerance of positions.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import inlined, kernel
 from kanefe.kernels.steppers.moves import STRAIGHT
 from kanefe.kernels.steppers.step_commands import Step
 

@@ -17,14 +17,9 @@ counted; a free step is shortened. Free steps follow the third-order part of the
 that modes that they do not resolve do not hold them down.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import ADVANCE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import ADVANCE, copy, inlined, kernel, pointer
 from kanefe.kernels.steppers.breakpoints import has_jumped
 from kanefe.kernels.steppers.generalised_alpha_state import AHEAD_SHARE, AlphaStep, know_step, span_of
 from kanefe.kernels.steppers.generalised_alpha_steps import (

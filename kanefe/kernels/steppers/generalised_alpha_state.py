@@ -13,20 +13,14 @@ Internal states are integrated by the backward difference of order 2, with the r
 what relaxes faster than a step is forgotten at once. The first step, and the one after an event, is Euler's.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import INTERPOLATE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import INTERPOLATE, Array, copy, inlined, kernel, pointer
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING
 from kanefe.kernels.steppers.moves import move, move_within
 from kanefe.kernels.steppers.step_commands import DirectedStep, Row
-from kanefe.kernels.values.records import Array
 
 AHEAD_SHARE = 1e-4
 """Time over which the rate of change of the accelerations is found, relative to the step."""

@@ -3,14 +3,11 @@
 See `kanefe.kernels.steppers.generalised_alpha`.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import copy, inlined, kernel
 from kanefe.kernels.steppers.breakpoints import accept, clip, even_part
 from kanefe.kernels.steppers.generalised_alpha_state import (
     AlphaStep,

@@ -16,13 +16,10 @@ these loads. With the rows of `kanefe.kernels.evaluation.stiff_directions`,
 and what is factorised is as large as there are directions (Woodbury 1950).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, solve
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import copy, inlined, kernel
 from kanefe.kernels.steppers.generalised_alpha_state import AlphaStep, span_of
 from kanefe.kernels.sweeps.elastic import total
 

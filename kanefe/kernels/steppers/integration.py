@@ -3,15 +3,9 @@
 The scene is behind prepared calls of its kernels: one function serves scenes of every kind, in space and in the plane.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import Filler, IntegerRows, Prepared, RealRows, Reals
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.arrays import Filler
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import (
     AT_TIME,
@@ -24,6 +18,7 @@ from kanefe.kernels.evaluation.evaluation import (
 )
 from kanefe.kernels.evaluation.momenta import BALANCE_TIME
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
+from kanefe.kernels.language import IntegerRows, Prepared, RealRows, Reals, call_address, copy, entry, inlined, kernel
 from kanefe.kernels.steppers.settled_outputs import go_on
 from kanefe.kernels.steppers.step_commands import NO_INERTIA, Command, Run, step_of
 from kanefe.kernels.sweeps.drives import Drives, put_drives

@@ -3,19 +3,14 @@
 Letters are those of `kanefe.kernels.steppers.energy_momentum`.
 """
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import Array, Vector, copy, cross, dot, inlined, kernel
 from kanefe.kernels.steppers.mixing import ROWS_OF_MIXING
 from kanefe.kernels.steppers.moves import move
 from kanefe.kernels.steppers.step_commands import BalancedStep, Row
-from kanefe.kernels.values.records import Array
-from kanefe.kernels.values.tensors import Vector, cross, dot
 
 # Places in rows of unknowns: b, and r where momenta are kept, which takes a free body of seven coordinates; z is in the
 # places of the speeds

@@ -5,12 +5,9 @@ Anderson acceleration for fixed-point iterations, SIAM J. Numer. Anal. 49, 2011)
 iteration converges slowly, or not at all, are found and left out, for no more evaluations and some products of vectors.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel, vector_kernel
+from kanefe.kernels.language import copy, kernel, vector_kernel
 from kanefe.kernels.sweeps.elastic import total
 
 DEPTH = 5

@@ -1,11 +1,9 @@
 """How coordinates move along the speeds: straight, or by turning Euler parameters."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.joints.ball import put_turned
+from kanefe.kernels.language import kernel
 from kanefe.kernels.steppers.step_commands import Step
 
 STRAIGHT = 0

@@ -10,16 +10,11 @@ Equations II, 1996, IV.8, also for the choice of steps, for the error estimate a
 are, and brought back to unit length after each step.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import ADVANCE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import ADVANCE, Matrix, Vector, copy, kernel, pointer
 from kanefe.kernels.steppers.breakpoints import accept, clip, has_jumped
 from kanefe.kernels.steppers.radau_polynomial import FARTHEST, STAGES, RadauStep, guess_changes, normalise
 from kanefe.kernels.steppers.radau_systems import factorise_systems, solve_complex, solve_real
@@ -32,7 +27,6 @@ from kanefe.kernels.steppers.step_commands import (
     scaled_size,
     wish,
 )
-from kanefe.kernels.values.tensors import Matrix, Vector
 
 LARGEST_ITERATIONS, LARGEST_IF_FIXED = 7, 30
 """Largest number of iterations of a step, which is then shortened, and of a fixed step."""

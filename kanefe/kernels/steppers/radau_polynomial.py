@@ -1,19 +1,12 @@
 """What Radau's method keeps, and the polynomial through the nodes of a step: states within it, guesses of the next."""
 
-from __future__ import annotations
-
 from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.compiler.arrays import INTERPOLATE
-from kanefe.kernels.compiler.entries import pointer
+from kanefe.kernels.language import INTERPOLATE, Array, Columns, Matrix, copy, inlined, kernel, pointer, vector_kernel
 from kanefe.kernels.steppers.moves import STRAIGHT
 from kanefe.kernels.steppers.step_commands import Row, Step
-from kanefe.kernels.values.records import Array, Columns
-from kanefe.kernels.values.tensors import Matrix
 
 FARTHEST = 16.0
 """Longest step for which the polynomial of the last one is extrapolated, in multiples of that: behind a very short

@@ -11,13 +11,10 @@ internal states of loads that move, which have no coordinates, counting as speed
 Internal states, of which points of contacts have three each, hardly depend on each other: they are eliminated first.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, factorise_from_last, solve, solve_from_last
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import copy, inlined, kernel
 from kanefe.kernels.steppers.moves import STRAIGHT
 from kanefe.kernels.steppers.radau_polynomial import RadauStep
 

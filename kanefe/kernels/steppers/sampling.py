@@ -4,20 +4,26 @@ A run stays in compiled code over its samples where the functions of its control
 asked for one by one.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
-from kanefe.kernels.compiler.calls import call_address
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
+from kanefe.kernels.language import (
+    IntegerRows,
+    Integers,
+    Prepared,
+    RealRows,
+    Reals,
+    Record,
+    Rows,
+    call_address,
+    copy,
+    entry,
+    inlined,
+    kernel,
+)
 from kanefe.kernels.steppers.step_commands import Command, Run, begin_at, is_finite, step_of
-from kanefe.kernels.values.records import Record, Rows
 
 END_SHARE = 1e-9
 """Time between a sample and the end of a run, relative to the sampling interval, below which the sample is skipped."""

@@ -11,16 +11,12 @@ Then the accelerations of the state are x, and all that is computed from it has 
 one linearly implicit evaluation. Only elastic coordinates move; joints close the loops behind them.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.evaluation.bending import watch_bends
+from kanefe.kernels.language import copy, entry, kernel
 from kanefe.kernels.steppers.breakpoints import stay_on_side
 from kanefe.kernels.steppers.force_scales import put_force_scales
 from kanefe.kernels.steppers.moves import STRAIGHT

@@ -7,20 +7,28 @@ a run can be left and taken up again at any command, from a file too. The arrays
 each method adds its own fields.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
+from kanefe.kernels.compiler.arrays import Advance, Interpolate
+from kanefe.kernels.language import (
+    Array,
+    Integers,
+    RealRows,
+    Reals,
+    Record,
+    Start,
+    Symmetric,
+    Vector,
+    copy,
+    entry,
+    inlined,
+    kernel,
+    vector_kernel,
+)
 from kanefe.kernels.sweeps.elastic import total
-from kanefe.kernels.values.records import Array, Record, Start
-from kanefe.kernels.values.tensors import Symmetric, Vector
 
 
 class Command(IntEnum):

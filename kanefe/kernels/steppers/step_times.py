@@ -3,13 +3,9 @@
 The clock is a C function of the system that is called by its address: kernels need no Python for it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import Integers
-from kanefe.kernels.compiler.calls import call_address
+from kanefe.kernels.language import Integers, call_address, kernel
 
 # Places: address of the clock (0: none) and its number, what it writes, time of the last look (ns, 0: none), steps and
 # the longest of them (ns), steps in each class of lengths

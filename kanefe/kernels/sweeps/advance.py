@@ -1,12 +1,10 @@
 """Coordinates moved along the speeds: rotations by the exponential map."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.bodies import AllModalCoordinates
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.joints.by_kind import advance_joint
+from kanefe.kernels.language import kernel
 from kanefe.kernels.tables import FlexibleTables, Tables
 from kanefe.kernels.tree import Links
 

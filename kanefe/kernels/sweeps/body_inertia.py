@@ -1,12 +1,8 @@
 """Inertia and force that a body brings to its row."""
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.tree import Frame
-from kanefe.kernels.values.tensors import (
+from kanefe.kernels.language import (
     NO_INERTIA,
     NO_MATRIX,
     ZERO,
@@ -16,8 +12,10 @@ from kanefe.kernels.values.tensors import (
     congruent,
     cross,
     diagonal,
+    inlined,
     skew,
 )
+from kanefe.kernels.tree import Frame
 
 
 @inlined

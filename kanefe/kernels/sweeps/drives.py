@@ -1,14 +1,11 @@
 """Driven coordinates at a time: piecewise cubic motions, and compiled functions of the user."""
 
-from __future__ import annotations
-
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
-from kanefe.kernels.compiler.arrays import Filler, IntegerRows, RealRows
-from kanefe.kernels.values.records import Columns, Record, Rows
+from kanefe.kernels.compiler.arrays import Filler
+from kanefe.kernels.language import Columns, IntegerRows, RealRows, Record, Rows, kernel
 
 
 class DrivenMotion(Record, is_frozen=True):

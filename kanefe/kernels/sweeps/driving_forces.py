@@ -1,13 +1,10 @@
 """The forces that drives need, by the accelerations of all rows."""
 
-from __future__ import annotations
-
 import numpy as np
 
-from kanefe.kernels.compiler._numba import kernel
 from kanefe.kernels.joints.by_kind import partials
+from kanefe.kernels.language import dot, kernel
 from kanefe.kernels.scene import Scene, Work, links_of
-from kanefe.kernels.values.tensors import dot
 
 
 @kernel

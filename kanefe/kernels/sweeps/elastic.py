@@ -5,29 +5,29 @@ and centrifugal forces, and the antisymmetric one, which couples rotations with 
 a body with k modes costs nine products of a k x k matrix with eta and three with deta, whatever its mesh.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.bodies import ModalBody
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
-from kanefe.kernels.sweeps.body_inertia import put_inertia, put_rigid
-from kanefe.kernels.tree import Frame
-from kanefe.kernels.values.records import Values
-from kanefe.kernels.values.tensors import (
+from kanefe.kernels.language import (
     NO_INERTIA,
     ZERO,
     Symmetric,
+    Values,
     Vector,
     congruent,
     contract,
     cross,
     diagonal,
     dot,
+    inlined,
+    kernel,
     square,
+    vector_kernel,
 )
+from kanefe.kernels.sweeps.body_inertia import put_inertia, put_rigid
+from kanefe.kernels.tree import Frame
 
 
 @vector_kernel

@@ -3,19 +3,28 @@
 The kernels of `kanefe.bodies.exact.inertia`.
 """
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.beams import ExactBeam
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
+from kanefe.kernels.language import (
+    NO_INERTIA,
+    Symmetric,
+    Vector,
+    congruent,
+    cross,
+    diagonal,
+    dot,
+    inlined,
+    kernel,
+    square,
+    vector_kernel,
+    vectors,
+)
 from kanefe.kernels.sweeps.body_inertia import put_inertia
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.tree import Frame
-from kanefe.kernels.values.records import vectors
-from kanefe.kernels.values.tensors import NO_INERTIA, Symmetric, Vector, congruent, cross, diagonal, dot, square
 
 
 class Carried(NamedTuple):

@@ -3,18 +3,15 @@
 The kernels of `kanefe.bodies.exact.beam_line`.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 
 from kanefe.kernels.beams import ExactBeam
-from kanefe.kernels.compiler._numba import inlined, kernel, vector_kernel
+from kanefe.kernels.language import ZERO, Matrix, Vector, cross, inlined, kernel, turned_about_z, vector_kernel
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.slopes import Slopes, slope_motion
 from kanefe.kernels.sweeps.turning_steps import turn_of_step
-from kanefe.kernels.values.tensors import ZERO, Matrix, Vector, cross, turned_about_z
 
 
 @kernel

@@ -3,14 +3,11 @@
 Its equations are those of `kanefe.bodies.wet_moments`. The mass of the modes has the fluid already.
 """
 
-from __future__ import annotations
-
 from kanefe.kernels.bodies import ModalBody
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import Vector, congruent, cross, dot, inlined, kernel
 from kanefe.kernels.sweeps.body_inertia import first_moment
 from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.tree import Frame
-from kanefe.kernels.values.tensors import Vector, congruent, cross, dot
 
 
 @kernel

@@ -7,16 +7,13 @@ stiffness. In modes of unit mass the block of a body becomes ``d = 1 + s c + r k
 scaled by the root of d it is the identity again, so that the elimination of the modes is that of the plain sweep.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.vectors import copy
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import ModalBody
-from kanefe.kernels.compiler._numba import kernel
+from kanefe.kernels.language import copy, kernel
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_slopes
 from kanefe.kernels.loads.joint_forces import JointForces
 from kanefe.kernels.planar.layout import PlanarTables

@@ -1,20 +1,17 @@
 """Inertia of every row and the force that keeps it moving with du = 0 (Eq. 12, 17, 20, 37, 38)."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import ModalBody
-from kanefe.kernels.compiler._numba import inlined, kernel
 from kanefe.kernels.joints.motion import three
+from kanefe.kernels.language import Vector, cross, dot, inlined, kernel
 from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.body_inertia import clear, first_moment, put_rigid
 from kanefe.kernels.sweeps.elastic import set_flexible, set_stiff
 from kanefe.kernels.sweeps.exact_beam_inertia import set_exact
 from kanefe.kernels.sweeps.fluid import add_fluid
 from kanefe.kernels.tree import Frame, Kind
-from kanefe.kernels.values.tensors import Vector, cross, dot
 
 
 @kernel

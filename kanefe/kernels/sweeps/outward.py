@@ -3,24 +3,19 @@
 Where the rows are and how they move: for functions of the user that look at the state, and for views.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBody, ModalBody
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.compiler.arrays import RealBlocks, RealRows, Reals
-from kanefe.kernels.compiler.entries import entry
 from kanefe.kernels.joints.by_kind import move
 from kanefe.kernels.joints.motion import Relative, put_motion, put_three, three
+from kanefe.kernels.language import IDENTITY, ZERO, RealBlocks, RealRows, Reals, Vector, entry, inlined, kernel
 from kanefe.kernels.scene import FlexibleSizes, Scene, State, Work, bodies_of, links_of, state_in, work_in
 from kanefe.kernels.sweeps.elastic import combined, modal_state, transposed_product
 from kanefe.kernels.sweeps.exact_beams import is_as_before, move_sections
 from kanefe.kernels.sweeps.slopes import slope_motion
 from kanefe.kernels.tables import FlexibleTables
 from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink, Kind
-from kanefe.kernels.values.tensors import IDENTITY, ZERO, Vector
 
 
 @kernel

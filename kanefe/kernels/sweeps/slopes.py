@@ -3,16 +3,13 @@
 Rotation vectors go through their square only, which is analytic: derivatives by a complex step are exact.
 """
 
-from __future__ import annotations
-
 import math
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.compiler._numba import inlined, kernel
-from kanefe.kernels.values.tensors import IDENTITY, Matrix, Vector, cross, dot, skew
+from kanefe.kernels.language import IDENTITY, Matrix, Vector, cross, dot, inlined, kernel, skew
 
 
 class Slopes(IntEnum):

@@ -3,10 +3,7 @@
 The kernel of `kanefe.bodies.exact.beam_line.turn_of_step`, with its three vectors a and their rates.
 """
 
-from __future__ import annotations
-
-from kanefe.kernels.compiler._numba import inlined
-from kanefe.kernels.values.tensors import IDENTITY, Matrix, Vector, cross, skew
+from kanefe.kernels.language import IDENTITY, Matrix, Vector, cross, inlined, skew
 
 
 @inlined

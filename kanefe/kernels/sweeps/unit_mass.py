@@ -4,12 +4,10 @@ With its factors ``M = L L^T`` the coordinates ``L^T q`` have unit mass, as the 
 elimination of `modal_elimination` is the same for both.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from kanefe.kernels.beams import ExactBeam
-from kanefe.kernels.compiler._numba import inlined, kernel
+from kanefe.kernels.language import inlined, kernel
 from kanefe.kernels.scene import Scene, Work, bodies_of
 from kanefe.kernels.sweeps.elastic import total
 

@@ -1,15 +1,13 @@
 """Arrays of records, made and filled by the names of fields: what is done once, where a scene is frozen."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any, TypeVar
 
 import numpy as np
 
-from kanefe.kernels.values.parts import INTEGERS, NUMBERS, Array, Start
-from kanefe.kernels.values.records import Record, column
+from kanefe.kernels.language import Array, Record, Start, column
+from kanefe.kernels.values.parts import INTEGERS, NUMBERS
 
 R = TypeVar("R", bound=Record)
 

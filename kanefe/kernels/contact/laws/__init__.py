@@ -3,11 +3,8 @@
 A law is added by its file, which says what `NormalLaw` or `FrictionLaw` asks, and two lines here.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.laws.bump_stop import BUMP_STOP, with_hysteresis
 from kanefe.kernels.contact.laws.bump_stop import BumpStop as BumpStop
 from kanefe.kernels.contact.laws.compiled_law import BY_FUNCTION, by_function
@@ -27,6 +24,7 @@ from kanefe.kernels.contact.laws.stribeck import STRIBECK, stribeck
 from kanefe.kernels.contact.laws.stribeck import Stribeck as Stribeck
 from kanefe.kernels.contact.laws.table_law import TABLE, by_table
 from kanefe.kernels.contact.laws.table_law import TableLaw as TableLaw
+from kanefe.kernels.language import inlined
 
 
 @inlined

@@ -1,16 +1,12 @@
 """What friction by an anchor makes of a pull (Eq. 11): see `kanefe.kernels.contact.laws.friction_law`."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.constraints.tolerances import HELD_BEYOND
 from kanefe.kernels.contact.falling import slip_speed
 from kanefe.kernels.contact.laws.friction_law import Rubbed, Sliding
-from kanefe.kernels.values.tensors import Vector
+from kanefe.kernels.language import Vector, across, inlined, norm
 
 Slip = namedtuple("Slip", "least limit damping speed exponent")
 """Friction of fast slipping and the limit of what is held, N; damping of what slips, N s/m; over which speed friction

@@ -1,7 +1,5 @@
 """A normal force by a table with hysteresis: bump stops and mounts of rubber or foam, which give back less."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -10,10 +8,9 @@ import numpy as np
 from kanefe.arguments import positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers as as_numbers
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing
 from kanefe.kernels.contact.laws.table_law import Piece, Pieces, of_pieces, tabulated
-from kanefe.kernels.values.records import Behind, Record
+from kanefe.kernels.language import Behind, Record, inlined
 
 BUMP_STOP = 4.0
 

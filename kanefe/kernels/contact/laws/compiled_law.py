@@ -1,7 +1,5 @@
 """A normal force by a function of the user in machine code."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Annotated, Any, NoReturn
@@ -11,12 +9,10 @@ import numpy as np
 from kanefe.arguments import checked, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.compiler.addresses import law_in_python
-from kanefe.kernels.compiler.calls import call_law
 from kanefe.kernels.compiler.foreign import address_of
 from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing
-from kanefe.kernels.values.records import Behind, Record
+from kanefe.kernels.language import Behind, Record, call_law, inlined
 
 BY_FUNCTION = 3.0
 LOOKED_AT = (1e-3, 0.1, 0.5, 1.0)

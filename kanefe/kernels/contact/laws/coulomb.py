@@ -1,7 +1,5 @@
 """Coulomb's friction at an anchor, that holds what it holds for ever (Eq. 11)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -10,14 +8,11 @@ import numpy as np
 from kanefe.arguments import plain_numbers
 from kanefe.errors import ModelError
 from kanefe.frames import direction, numbers
-from kanefe.kernels.algebra.lengths import across, norm, unit
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_numbers
 from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
+from kanefe.kernels.language import Record, Vector, across, cross, dot, inlined, norm, unit
 from kanefe.kernels.values.filled import filled_from
-from kanefe.kernels.values.records import Record
-from kanefe.kernels.values.tensors import Vector, cross, dot
 
 COULOMB = 1.0
 GAUSSIAN = 2.0

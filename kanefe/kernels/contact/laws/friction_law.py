@@ -1,7 +1,5 @@
 """Interface of friction laws for compiled code, contacts, scenes and runs."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections import namedtuple
 from collections.abc import Sequence
@@ -13,8 +11,8 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_coefficient, steady_numbers
+from kanefe.kernels.language import Record
 from kanefe.kernels.values.filled import filled_from
-from kanefe.kernels.values.records import Record
 
 STIFFNESS_RATIO = 1.0
 """Default stiffness of an anchor relative to that of the normal law."""

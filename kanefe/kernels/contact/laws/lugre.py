@@ -1,7 +1,5 @@
 """LuGre friction: bristles that bend, and slip where they are dragged (Canudas de Wit and others, 1995)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -9,11 +7,9 @@ from typing import Any
 from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.falling import still_to_fall
 from kanefe.kernels.contact.laws.friction_law import FrictionLaw, Rubbed, Sliding, check_numbers
-from kanefe.kernels.values.records import Record
+from kanefe.kernels.language import Record, across, inlined, norm
 
 LUGRE = 2.0
 

@@ -1,7 +1,5 @@
 """Interface of normal laws for compiled code, contacts, scenes and runs."""
 
-from __future__ import annotations
-
 from abc import ABC
 from collections import namedtuple
 from collections.abc import Callable
@@ -11,8 +9,8 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
+from kanefe.kernels.language import Record
 from kanefe.kernels.values.filled import filled_from
-from kanefe.kernels.values.records import Record
 
 STEP = 1e-30
 """Imaginary step of a depth, m: a step this small has no truncation error."""

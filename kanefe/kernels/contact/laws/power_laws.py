@@ -11,9 +11,8 @@ import numpy as np
 from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing, not_negative
-from kanefe.kernels.values.records import Record
+from kanefe.kernels.language import Record, inlined
 
 POWER, KELVIN_VOIGT = 0.0, 1.0
 

@@ -1,18 +1,14 @@
 """Stribeck's friction with breakaway: an anchor that holds, and a coefficient that falls and rises with the speed."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Self
 
 from kanefe.arguments import plain_numbers, positive
 from kanefe.errors import ModelError
-from kanefe.kernels.algebra.lengths import norm
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.falling import SteadyNumbers, steady_numbers
 from kanefe.kernels.contact.laws.anchoring import Slip, by_anchor, pull_of
 from kanefe.kernels.contact.laws.friction_law import AnchoredFriction, Rubbed, Sliding, check_numbers
-from kanefe.kernels.values.records import Record
+from kanefe.kernels.language import Record, inlined, norm
 
 STRIBECK = 3.0
 

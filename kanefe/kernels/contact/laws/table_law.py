@@ -1,7 +1,5 @@
 """A normal force by a table: measured pads, stops that stiffen, layers."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Annotated, Any
 
@@ -9,9 +7,8 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Pressing, not_negative
-from kanefe.kernels.values.records import Behind, Record, Rows
+from kanefe.kernels.language import Behind, Record, Rows, inlined
 
 TABLE = 2.0
 

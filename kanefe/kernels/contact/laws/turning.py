@@ -1,14 +1,10 @@
 """Friction against turning, of Coulomb's: about the normal, and against rolling, by anchors (Eq. 11)."""
 
-from __future__ import annotations
-
 from collections import namedtuple
 from typing import Any
 
-from kanefe.kernels.algebra.lengths import across, norm
-from kanefe.kernels.compiler._numba import inlined
 from kanefe.kernels.contact.laws.coulomb import CoulombNumbers
-from kanefe.kernels.values.tensors import Vector, dot
+from kanefe.kernels.language import Vector, across, dot, inlined, norm
 
 Turning = namedtuple("Turning", "share lever pressed normal A_s omega gone")
 """A point that turns on the surface. `share, lever`: of the contact that the point has; from its centre to where it
