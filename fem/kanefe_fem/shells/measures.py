@@ -20,6 +20,9 @@ from kanefe_fem.shells.sections import ShellSection
 THICK = 0.1
 """Thickness, relative to radius, size or wave, from which a shell is not thin enough to be one."""
 
+FLAT = 1e-9
+"""Thickness relative to a radius of curvature up to which cells are told to be flat: places in files have round-off."""
+
 SHEARED = 0.2
 """Share of shear in the deflection of a laminate over which first-order theory is off by more than 2 to 4 %."""
 
@@ -173,9 +176,10 @@ def told(provenance: Mapping[str, Any]) -> list[str]:
         for name, (low, high) in found["thickness_m"].items()
     )
     curved = found["t/R"]
+    bent = f"t/R up to {curved['value']:.2g} ({curved['group']})" if curved["value"] > FLAT else "flat cells"
     lines = [
         f"shell: thickness {thickness}",
-        f"t/R up to {curved['value']:.2g} ({curved['group']}), t/L up to {found['t/L']['value']:.2g} "
+        f"{bent}, t/L up to {found['t/L']['value']:.2g} "
         f"({found['t/L']['group']}), rotary inertia {100 * found['rotary inertia']:.2g} % of the inertia",
         f"{provenance['nodes on folds']} nodes on folds, {provenance['cells turned']} cells turned",
     ]
