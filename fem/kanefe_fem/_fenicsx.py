@@ -89,7 +89,7 @@ def _own_cache(jit: Any) -> Path:
     defaults["cache_dir"] = (forms_folder(), defaults["cache_dir"][1])
     defaults["timeout"] = (SECONDS, defaults["timeout"][1])
     arguments, told = defaults["cffi_extra_compile_args"]
-    if "-w" not in arguments:  # generated C defines weights that it does not use, and the compiler says so on the terminal
+    if "-w" not in arguments:  # the C has weights that it does not use, and the compiler says so on the terminal
         defaults["cffi_extra_compile_args"] = ([*arguments, "-w"], told)
     options = (getattr(jit, "get_options", None) or jit.get_parameters)()
     folder = Path(options["cache_dir"])
