@@ -34,11 +34,12 @@ from kanefe_fem.shells.measures import shell_measures, told, told_of_waves
 from kanefe_fem.shells.of_groups import ShellGroup, Thickness, shell_groups
 from kanefe_fem.shells.orientation import consistent
 from kanefe_fem.shells.pairs import of_nine_nodes
-from kanefe_fem.shells.problem import ShellCells, ShellProblem, stress_stiffness
+from kanefe_fem.shells.problem import ShellCells, ShellProblem
 from kanefe_fem.shells.seams import seams_of
 from kanefe_fem.shells.stack import BlockOfGroup, shell_stack
 from kanefe_fem.shells.stiffener import Stiffener, checked_stiffeners
 from kanefe_fem.shells.stiffeners import stiffener_lines
+from kanefe_fem.shells.stress_stiffness import stress_stiffness
 from kanefe_fem.solids.body import solid_model
 
 if TYPE_CHECKING:

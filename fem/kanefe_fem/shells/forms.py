@@ -66,6 +66,23 @@ class Strains(NamedTuple):
     turn: Any
 
 
+class Layer(NamedTuple):
+    """Strains at a height, in the axes a_1, a_2.
+
+    Attributes
+    ----------
+    strain : vector of 3
+        11, 22 and twice 12.
+    shear : vector of 2
+    stretch : scalar
+        Area there over that of the surface.
+    """
+
+    strain: Any
+    shear: Any
+    stretch: Any
+
+
 class Surface:
     """Tangents of the surface and derivatives along them."""
 
@@ -90,8 +107,8 @@ class Surface:
         """Return the displacement u and the motion b of the tip of the director, None of a function of u alone."""
         if len(w) == 3:
             return w, None
-        u, theta = (self.ufl.as_vector([w[first + i] for i in range(3)]) for first in (0, 3))
-        return u, self.ufl.cross(theta, self.fields.director)
+        u = self.ufl.as_vector([w[i] for i in range(3)])
+        return u, self.ufl.cross(rotation(self.ufl, w), self.fields.director)
 
     def strains(self, w: Any) -> Strains:
         """Return the strains of a function of six components, or of three, the displacement."""
@@ -103,11 +120,36 @@ class Surface:
         turn = 0.5 * (E[1, 0] - E[0, 1])
         if b is not None:
             bending, shear = bending + ufl.dot(self.tangents, self.along(b)), shear + ufl.dot(self.tangents, b)
-            turn = turn - ufl.dot(ufl.as_vector([w[3 + i] for i in range(3)]), self.normal)
+            turn = turn - ufl.dot(rotation(ufl, w), self.normal)
         return Strains(voigt(ufl, E), voigt(ufl, bending), shear, turn)
 
-    def at(self, height: Any, w: Any) -> tuple[Any, Any, Any]:
-        """Return strains in the surface and across it at a height in m, and the stretch of the area there.
+    def second(self, w: Any, v: Any) -> Strains:
+        """Return twice the strains of second order of two motions, symmetric in both.
+
+        A director turns to ``n + b + b2`` with ``b2 = 1/2 theta x (theta x n)``, so that
+
+            ``e = sym(u,i . u,j) / 2``, ``k = sym(u,i . b,j + a_i . b2,j)``, ``g = u,i . b + a_i . b2``
+
+        and the turn is the skew part of ``a_i . R^T x,j``, with the R of theta.
+        """
+        ufl = self.ufl
+        (u, b), (y, c) = self.parts(w), self.parts(v)
+        p, q, theta, phi = self.along(u), self.along(y), rotation(ufl, w), rotation(ufl, v)
+        d = self.second_motion(w, v)
+        bending = ufl.dot(p.T, self.along(c)) + ufl.dot(q.T, self.along(b)) + ufl.dot(self.tangents, self.along(d))
+        shear = ufl.dot(p.T, c) + ufl.dot(q.T, b) + ufl.dot(self.tangents, d)
+        back = [[ufl.dot(self.tangents[i, :], turned(ufl, theta, q, phi, p, j)) for j in (0, 1)] for i in (0, 1)]
+        return Strains(voigt(ufl, ufl.dot(p.T, q)), voigt(ufl, bending), shear, 0.5 * (back[0][1] - back[1][0]))
+
+    def second_motion(self, w: Any, v: Any) -> Any:
+        """Return twice the motion of second order of the director, symmetric in both motions."""
+        ufl, n = self.ufl, self.fields.director
+        theta, phi = rotation(ufl, w), rotation(ufl, v)
+        twice = ufl.cross(theta, ufl.cross(phi, n)) + ufl.cross(phi, ufl.cross(theta, n))
+        return 0.5 * twice
+
+    def at(self, height: Any, w: Any) -> Layer:
+        """Return strains at a height in m, and the stretch of the area there.
 
         With the tangents ``g_i = a_i + z n,i``, since those of the interpolated director are not quite in the surface:
         so a rigid motion has no strain.
@@ -116,11 +158,27 @@ class Surface:
         u, b = self.parts(w)
         slope = self.along(u) + height * self.along(b)
         g = self.tangents.T + height * self.bent
+        shear = ufl.dot(slope.T, self.fields.director) + ufl.dot(g.T, b)
+        return self._in_layer(g, ufl.sym(ufl.dot(g.T, slope)), shear)
+
+    def second_at(self, height: Any, w: Any, v: Any) -> Layer:
+        """Return twice the strains of second order of two motions at a height, in m, as `second` does."""
+        ufl = self.ufl
+        (u, b), (y, c) = self.parts(w), self.parts(v)
+        p, q = self.along(u) + height * self.along(b), self.along(y) + height * self.along(c)
+        d, g = self.second_motion(w, v), self.tangents.T + height * self.bent
+        E = ufl.sym(ufl.dot(p.T, q) + height * ufl.dot(g.T, self.along(d)))
+        shear = ufl.dot(p.T, c) + ufl.dot(q.T, b) + ufl.dot(g.T, d)
+        shear = shear + height * ufl.dot(self.along(d).T, self.fields.director)
+        return self._in_layer(g, E, shear)
+
+    def _in_layer(self, g: Any, strain: Any, shear: Any) -> Layer:
+        """Return strains along tangents g in the axes a_1, a_2."""
+        ufl = self.ufl
         shifter = ufl.dot(self.tangents, g)
         back = ufl.inv(shifter)
-        E = ufl.dot(ufl.dot(back.T, ufl.sym(ufl.dot(g.T, slope))), back)
-        shear = ufl.dot(back.T, ufl.dot(slope.T, self.fields.director) + ufl.dot(g.T, b))
-        return voigt(ufl, E), shear, ufl.det(shifter)
+        E = ufl.dot(ufl.dot(back.T, strain), back)
+        return Layer(voigt(ufl, E), ufl.dot(back.T, shear), ufl.det(shifter))
 
     def moments(self, w: Any, part: str) -> list[Any]:
         """Return the densities of the moments of strains along the edges of the reference cell.
@@ -131,15 +189,43 @@ class Surface:
         """
         ufl = self.ufl
         u, b = self.parts(w)
-        slope = ufl.dot(ufl.grad(u), self.jacobian)
+        slope = self._along_edges(u)
         X = ufl.dot(self.jacobian.T, slope)
         if part == "bending":
-            X = ufl.dot(self.jacobian.T, ufl.dot(ufl.grad(b), self.jacobian))
-            X = X + ufl.dot(ufl.dot(ufl.grad(self.fields.director), self.jacobian).T, slope)
-        e = voigt(ufl, X / self.stretch)
+            X = ufl.dot(self.jacobian.T, self._along_edges(b))
+            X = X + ufl.dot(self._along_edges(self.fields.director).T, slope)
+        return self._moments_of(X)
+
+    def second_moments(self, w: Any, v: Any, part: str) -> list[Any]:
+        """Return the densities of the same moments of the strains of `second`."""
+        ufl = self.ufl
+        (u, b), (y, c) = self.parts(w), self.parts(v)
+        p, q = self._along_edges(u), self._along_edges(y)
+        X = ufl.dot(p.T, q)
+        if part == "bending":
+            X = ufl.dot(p.T, self._along_edges(c)) + ufl.dot(q.T, self._along_edges(b))
+            X = X + ufl.dot(self.jacobian.T, self._along_edges(self.second_motion(w, v)))
+        return self._moments_of(X)
+
+    def _along_edges(self, f: Any) -> Any:
+        """Return the derivatives of a vector along the edges of the reference cell, as columns."""
+        return self.ufl.dot(self.ufl.grad(f), self.jacobian)
+
+    def _moments_of(self, X: Any) -> list[Any]:
+        e = voigt(self.ufl, X / self.stretch)
         x, y = self.fields.reference[0], self.fields.reference[1]
         bilinear = [1.0, x, y, x * y]
         return [e[i] * f for i in (0, 1) for f in bilinear] + [e[2] * f for f in bilinear[:3]]
+
+
+def rotation(ufl: Any, w: Any) -> Any:
+    """Return the rotation of a function of six components."""
+    return ufl.as_vector([w[3 + i] for i in range(3)])
+
+
+def turned(ufl: Any, theta: Any, q: Any, phi: Any, p: Any, column: int) -> Any:
+    """Return ``theta x q + phi x p`` of columns of slopes."""
+    return ufl.cross(theta, q[:, column]) + ufl.cross(phi, p[:, column])
 
 
 def voigt(ufl: Any, X: Any) -> Any:
@@ -147,13 +233,15 @@ def voigt(ufl: Any, X: Any) -> Any:
     return ufl.as_vector([X[0, 0], X[1, 1], X[0, 1] + X[1, 0]])
 
 
-def energy(surface: Surface, w: Any, v: Any, assumed: bool) -> dict[str, Any]:
-    """Return the integrands of the stiffness by their rules of integration.
+def energy(surface: Surface, x: Strains, y: Strains, assumed: bool) -> dict[str, Any]:
+    """Return the integrands of the work of the forces of some strains on others, by their rules of integration.
 
     Parameters
     ----------
     surface : Surface
-    w, v : trial and test function
+    x, y : Strains
+        Those that make the forces, and those on which they work: of a trial and a test function for the stiffness; of a
+        load and of second order for the geometric stiffness.
     assumed : bool
         Whether the share of the membrane that is not integrated in full comes from assumed strains.
 
@@ -166,7 +254,6 @@ def energy(surface: Surface, w: Any, v: Any, assumed: bool) -> dict[str, Any]:
     fields, ufl = surface.fields, surface.ufl
     t = fields.thickness
     A, B, D, S = (moduli(ufl, fields.section, first, size) for first, size in ((0, 3), (6, 3), (12, 3), (18, 2)))
-    x, y = surface.strains(w), surface.strains(v)
     membrane = t * product(ufl, A, x.membrane, y.membrane)
     membrane += t**2 * (product(ufl, B, x.bending, y.membrane) + product(ufl, B, x.membrane, y.bending))
     shear = t * product(ufl, S, x.shear, y.shear)
@@ -179,41 +266,26 @@ def energy(surface: Surface, w: Any, v: Any, assumed: bool) -> dict[str, Any]:
     return {"full": full, "few": few, "fewest": (1.0 - fields.shear) * shear}
 
 
-def through_thickness(surface: Surface, w: Any, v: Any, layer: Any) -> Any:
-    """Return what a point of the thickness adds to the energy where the surface is curved.
+def through_thickness(surface: Surface, flat: tuple[Strains, Strains], curved: tuple[Layer, Layer], layer: Any) -> Any:
+    """Return what a point of the thickness adds to the work of `energy` where the surface is curved.
 
     At the height z a length along the surface is ``I + z n,i`` times as long: strains are smaller or larger there, and
-    so is the area. The energy of `energy` is subtracted.
+    so is the area. The work of `energy` is subtracted.
 
     Parameters
     ----------
+    surface : Surface
+    flat, curved : tuple of two
+        Strains that make the forces and strains on which they work, as in `energy`, and those at the height.
     layer : function of 11 components, constant in each cell
         Height and weight as fractions of the thickness, upper triangles of the plane and the shear stiffness (Pa).
     """
     fields, ufl = surface.fields, surface.ufl
     z, weight = fields.thickness * layer[0], fields.thickness * layer[1]
     Q, G = moduli(ufl, layer, 2, 3), moduli(ufl, layer, 8, 2)
-    (e, g, stretch), (f, h, _) = surface.at(z, w), surface.at(z, v)
-    x, y = surface.strains(w), surface.strains(v)
-    flat = product(ufl, Q, x.membrane + z * x.bending, y.membrane + z * y.bending) + product(ufl, G, x.shear, y.shear)
-    return weight * (stretch * (product(ufl, Q, e, f) + product(ufl, G, g, h)) - flat)
-
-
-def stress_energy(surface: Surface, load: Any, w: Any, v: Any) -> Any:
-    """Return the integrand of the geometric stiffness of a static displacement.
-
-    ``N_ab u,a . v,b + M_ab (u,a . c,b + b,a . v,b)`` with the forces N and moments M of the load, b and c the motions
-    of the directors of u and v.
-    """
-    fields, ufl = surface.fields, surface.ufl
-    t = fields.thickness
-    A, B, D = (moduli(ufl, fields.section, first, 3) for first in (0, 6, 12))
-    x = surface.strains(load)
-    force = t * ufl.dot(A, x.membrane) + t**2 * ufl.dot(B, x.bending)
-    moment = t**2 * ufl.dot(B, x.membrane) + t**3 * ufl.dot(D, x.bending)
-    N, M = (ufl.as_matrix([[f[0], f[2]], [f[2], f[1]]]) for f in (force, moment))
-    (gu, gb), (gv, gc) = (tuple(surface.along(part) for part in surface.parts(f)) for f in (w, v))
-    return ufl.inner(ufl.dot(gu, N), gv) + ufl.inner(ufl.dot(gu, M), gc) + ufl.inner(ufl.dot(gb, M), gv)
+    (x, y), (e, f) = flat, curved
+    less = product(ufl, Q, x.membrane + z * x.bending, y.membrane + z * y.bending) + product(ufl, G, x.shear, y.shear)
+    return weight * (e.stretch * (product(ufl, Q, e.strain, f.strain) + product(ufl, G, e.shear, f.shear)) - less)
 
 
 def moduli(ufl: Any, values: Any, first: int, size: int) -> Any:

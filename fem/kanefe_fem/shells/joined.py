@@ -25,7 +25,7 @@ from kanefe.fe_model.shapes import shape
 from kanefe.frames import skews
 from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.seams import Seams
-from kanefe_fem.shells.stiffeners import StiffenerLines
+from kanefe_fem.shells.stiffeners import StiffenerLines, turning
 
 STIFF = 1e3
 """Stiffness of a component that follows, relative to that of the shell there."""
@@ -60,6 +60,7 @@ class _Parts(NamedTuple):
     solid: FiniteElementModel
     in_space: sp.csr_matrix
     motion: sp.csr_matrix
+    seams: Seams
 
     def joined(self, of_shell: sp.csr_matrix | None, of_solid: sp.csr_matrix | None) -> sp.csr_matrix | None:
         """Return a matrix of both, or None if neither has one."""
@@ -89,7 +90,7 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
     rotations = sp.kron(sp.identity(len(solid.nodes)), sp.eye(6, 3, k=-3), format="csr")
     off = rotations.T - curl @ in_space.T
     held, follows = _constraints(seams, count, size, in_space)
-    parts = _Parts(shell, solid, in_space, (sp.identity(size) - held + follows).tocsr())
+    parts = _Parts(shell, solid, in_space, (sp.identity(size) - held + follows).tocsr(), seams)
     turning = off.T @ sp.diags(_turning_sizes(solid, curl)) @ off
     first = sp.block_diag((shell.stiffness, wide + turning), format="csr")
     gap = held - follows
@@ -169,10 +170,34 @@ def _turning_sizes(solid: FiniteElementModel, curl: sp.csr_matrix) -> np.ndarray
 
 
 def _stress_stiffness(parts: _Parts, displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix | None:
-    """Return the geometric stiffness of both, of the stress of a displacement."""
+    """Return the geometric stiffness of both, of the stress of a displacement (size,) under forces (3 P,) on points."""
     of_shell, of_solid = (cast(StressStiffness, one.stress_stiffness) for one in (parts.shell, parts.solid))
     moved = parts.motion @ displacement
-    return parts.joined(of_shell(moved[: parts.shell.size]), of_solid(parts.in_space.T @ moved[parts.shell.size :]))
+    own = moved[: parts.shell.size]
+    forces = parts.shell.stiffness @ own
+    if load is not None:
+        field = cast(MassField, parts.shell.mass_field)
+        forces = forces - field.interpolation.T @ load[: field.interpolation.shape[0]]
+    return parts.joined(
+        of_shell(own) + _turned_seams(parts.seams, forces.reshape(-1, 6)),
+        of_solid(parts.in_space.T @ moved[parts.shell.size :]),
+    )
+
+
+def _turned_seams(seams: Seams, forces: np.ndarray) -> sp.csr_matrix:
+    """Return what the forces (n, 6) of the shell do on the motion of second order of nodes that follow.
+
+    A node beside the solid by the arm r is at ``u - 1/2 theta x (theta x r)``; of a director that follows a tilt,
+    ``theta x n`` lacks ``1/2 theta (theta . n)``, so that ``theta`` has ``-1/2 (theta . n) n x theta`` in addition.
+    """
+    blocks = np.zeros((len(seams.nodes), 6, 6))
+    force, moment = forces[seams.nodes, :3], forces[seams.nodes, 3:]
+    blocks[:, 3:, 3:] = -turning(force, seams.arms)
+    mixed = skews(moment) @ (np.eye(3) - seams.held[:, 3:, 3:])  # of a single director n n^T is not held
+    blocks[:, 3:, 3:] -= 0.5 * (mixed + mixed.swapaxes(1, 2))
+    rows = (6 * seams.nodes[:, None] + np.arange(6)).ravel()
+    at = sp.csr_matrix((np.ones(len(rows)), (rows, np.arange(len(rows)))), (forces.size, len(rows)))
+    return at @ block_diagonal(blocks) @ at.T
 
 
 def _constraints(seams: Seams, count: int, size: int, in_space: sp.csr_matrix) -> tuple[sp.csr_matrix, sp.csr_matrix]:

@@ -1,4 +1,4 @@
-"""Assembly of a shell in FEniCSx: stiffness, mass of the surfaces of points, and geometric stiffness.
+"""Assembly of a shell in FEniCSx: its spaces, its fields and its stiffness.
 
 Integration is full for bending. Of the membrane, of shear and of the turn about the normal a share is integrated in
 full and the rest by assumed strains (quadrangles) or at fewer points, so that thin shells do not lock:
@@ -9,7 +9,7 @@ full and the rest by assumed strains (quadrangles) or at fewer points, so that t
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.fe_model.model import Cells, StressStiffness
+from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import Shape, quadrature, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.shells import forms as shell_forms
@@ -37,6 +37,10 @@ TURN = {"quad9": 1.0, "triangle6": 5.0}
 
 DEGREES = {"quad9": (5, 3, 3), "triangle6": (4, 2, 1)}
 """Degrees of quadrature: full, few, fewest."""
+
+RULES = ("full", "few", "fewest")
+"""Names of the rules of `kanefe_fem.shells.forms.energy`. A form with a rule of one point beside another one is summed
+wrongly by FFCx on curved cells, so that each has a form of its own."""
 
 FLAT = 1e-9
 """Square of thickness times curvature, dimensionless, below which strains through the thickness are those of plates."""
@@ -139,44 +143,69 @@ class ShellProblem:
         if self.element.is_simplex:
             stiffness = stiffness - self._bubbles(w)
         else:
-            stiffness = stiffness + self._assumed(v)
+            stiffness = stiffness + sum(moments.T @ forces for moments, forces in self.assumed(v).values())
         if self.curved:
-            stiffness = stiffness + self._through_thickness(w, v)
+            surface = self.surface
+            flat = surface.strains(w), surface.strains(v)
+            layer, height = self.layer()
+            form = self.through_thickness(flat, (surface.at(height, w), surface.at(height, v)), layer)
+            stiffness = stiffness + self.over_layers(form, layer)
         return stiffness.tocsr()
 
     def _energy(self, w: Any, v: Any) -> sp.csr_matrix:
-        parts = shell_forms.energy(self.surface, w, v, not self.element.is_simplex)
-        # a form with a rule of one point beside another one is summed wrongly by FFCx on curved cells
-        rules = (("full", 0), ("few", 1), ("fewest", 2))
-        return sum(self.matrix(parts[name], rule) for name, rule in rules)
+        parts = self.energy(self.surface.strains(w), self.surface.strains(v))
+        return sum(self.matrix(parts[name], rule) for rule, name in enumerate(RULES))
+
+    def energy(self, x: Any, y: Any) -> dict[str, Any]:
+        """Return the integrands of the work of the forces of strains x on strains y, by the names of `RULES`."""
+        return shell_forms.energy(self.surface, x, y, not self.element.is_simplex)
 
     def _bubbles(self, w: Any) -> sp.csr_matrix:
         """Return what a cubic displacement inside each triangle, free of loads, takes from the stiffness."""
+        coupling, inner = self.bubbles(w)
+        return coupling.T @ inner
+
+    def bubbles(self, w: Any) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Return the forces of displacements on the bubbles (3 m, N), and the bubbles that balance them, reversed."""
         ufl = self.fx.ufl
-        space = _fenicsx.bubble_space(self.fx, self.mesh)
-        x, y = ufl.TrialFunction(space), ufl.TestFunction(space)
+        x, y = ufl.TrialFunction(self.bubble_space), ufl.TestFunction(self.bubble_space)
         own = sp.bsr_matrix(self._energy(x, y), blocksize=(3, 3))
         blocks = np.linalg.inv(own.data[np.argsort(own.indices)])
         coupling = self._energy(w, y)
-        return coupling.T @ block_diagonal(blocks) @ coupling
+        return coupling, block_diagonal(blocks) @ coupling
 
-    def _assumed(self, v: Any) -> sp.csr_matrix:
-        """Return the stiffness of the membrane, and of its coupling with bending, by assumed strains."""
+    @cached_property
+    def bubble_space(self) -> Any:
+        """The space of cubic displacements that vanish on the sides of triangles."""
+        return _fenicsx.bubble_space(self.fx, self.mesh)
+
+    def assumed(self, w: Any) -> dict[str, tuple[sp.csr_matrix, sp.csr_matrix]]:
+        """Return the moments of the strains of the membrane, and the forces that work on them, (11 m, N) each.
+
+        Those of assumed strains; of bending too, where its forces are coupled with those of the membrane.
+        """
         A, B = (self._of_sections(lambda one, power=power: one.stiffness(power)) for power in (0, 1))
         share = (1.0 - self.membrane_share)[:, None, None]
         arguments = self.corners, self.given.along[self.original], self.thickness
-        moments = self._moments(v, "membrane")
-        whole = moments.T @ block_diagonal(share * energy_of_moments(*arguments, A, 1)) @ moments
-        if np.abs(B).max() > 1e-12 * np.abs(A).max():
-            of_bending = self._moments(v, "bending")
-            half = moments.T @ block_diagonal(share * energy_of_moments(*arguments, B, 2)) @ of_bending
-            whole = whole + half + half.T
-        return whole
+        moments = self._moments(w, "membrane")
+        forces = block_diagonal(share * energy_of_moments(*arguments, A, 1)) @ moments
+        if np.abs(B).max() <= 1e-12 * np.abs(A).max():
+            return {"membrane": (moments, forces)}
+        of_bending = self._moments(w, "bending")
+        coupling = block_diagonal(share * energy_of_moments(*arguments, B, 2))
+        return {
+            "membrane": (moments, forces + coupling @ of_bending),
+            "bending": (of_bending, coupling.T @ moments),
+        }
+
+    def of_moments(self) -> Any:
+        """Return a function with one number a cell for each moment."""
+        return _fenicsx.cell_function(self.fx, self.mesh, np.zeros((len(self.cells), len(FIELDS))))
 
     def _moments(self, w: Any, part: str) -> sp.csr_matrix:
         """Return the moments of strains of the cells from a function, shape (11 m, N)."""
         fx, count = self.fx, len(FIELDS)
-        space = _fenicsx.cell_function(fx, self.mesh, np.zeros((len(self.cells), count))).function_space
+        space = self.of_moments().function_space
         numbers = _fenicsx.cell_dofs(space, len(self.cells))
         q, trial = fx.ufl.TestFunction(space), fx.ufl.TrialFunction(self.space)
         integrand = sum(q[i] * density for i, density in enumerate(self.surface.moments(trial, part)))
@@ -184,45 +213,26 @@ class ShellProblem:
         rows = (count * numbers[:, None] + np.arange(count)).ravel()
         return matrix[rows]
 
-    def _through_thickness(self, w: Any, v: Any) -> sp.csr_matrix:
-        """Return what the curvature adds through the thickness, from two points in each layer."""
-        fx = self.fx
-        most = max(len(section.layers) for section in self.given.sections)
-        layer = _fenicsx.cell_function(fx, self.mesh, np.zeros((len(self.cells), 11)))
-        form = fx.fem.form(shell_forms.through_thickness(self.surface, w, v, layer) * self.measure(1))
+    def layer(self) -> tuple[Any, Any]:
+        """Return a function for the numbers of a point of each layer, and the height of the point in m."""
+        layer = _fenicsx.cell_function(self.fx, self.mesh, np.zeros((len(self.cells), 11)))
+        return layer, self.surface.fields.thickness * layer[0]
+
+    def through_thickness(self, flat: Any, curved: Any, layer: Any) -> Any:
+        """Return the compiled form of `kanefe_fem.shells.forms.through_thickness`."""
+        integrand = shell_forms.through_thickness(self.surface, flat, curved, layer)
+        return self.fx.fem.form(integrand * self.measure(1))
+
+    def over_layers(self, form: Any, layer: Any) -> sp.csr_matrix:
+        """Return the sum of a form over two points in each layer."""
         total = None
-        for number in range(most):
+        for number in range(max(len(section.layers) for section in self.given.sections)):
             for end in (-1.0, 1.0):
                 values = self._of_sections(lambda one, n=number, e=end: _point_of_layer(one, n, e))
                 _fenicsx.put_in_cells(layer, values)
-                added = _fenicsx.assemble_matrix(fx, form)
+                added = _fenicsx.assemble_matrix(self.fx, form)
                 total = added if total is None else total + added
         return total
-
-    @cached_property
-    def stress_form(self) -> tuple[Any, Any]:
-        """The function with a static displacement, and the compiled form of its geometric stiffness."""
-        fx = self.fx
-        load = fx.fem.Function(self.space)
-        w, v = fx.ufl.TrialFunction(self.space), fx.ufl.TestFunction(self.space)
-        integrand = shell_forms.stress_energy(self.surface, load, w, v)
-        return load, fx.fem.form(integrand * self.measure(1))
-
-
-def stress_stiffness(problems: Sequence[ShellProblem], count: int) -> StressStiffness:
-    """Return the geometric stiffness (N, N) of the stress of a static displacement, as a function of the latter."""
-
-    def geometric_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
-        total = sp.csr_matrix((6 * count, 6 * count))
-        for problem in problems:
-            with _fenicsx.quiet(), _fenicsx.compiling(problem.fx):
-                function, form = problem.stress_form
-                function.x.array[:] = displacement.reshape(count, 6)[problem.nodes_of_space].ravel()
-                matrix = _fenicsx.assemble_matrix(problem.fx, form)
-            total = total + problem.in_order_of_nodes(matrix, count)
-        return total.tocsr()
-
-    return geometric_stiffness
 
 
 def cell_sizes(element: Shape, corners: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

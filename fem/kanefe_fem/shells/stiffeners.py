@@ -54,6 +54,7 @@ class _Station:
         e_y /= size[:, None]
         self.axes = np.stack((e_x, e_y, np.cross(e_x, e_y)), axis=1)  # rows
         self.u, self.theta = _motion(N, lines.arms)
+        self.slope = slope / length[:, None]
         self.du, self.dtheta = (motion / length[:, None, None] for motion in _motion(slope, lines.arms))
 
     @property
@@ -63,6 +64,12 @@ class _Station:
         stretch[:, 1] -= np.einsum("mi,mij->mj", self.axes[:, 2], self.theta)
         stretch[:, 2] += np.einsum("mi,mij->mj", self.axes[:, 1], self.theta)
         return np.concatenate((stretch, self.axes @ self.dtheta), axis=1)
+
+
+def turning(n: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Return X of ``n . theta x (theta x r) = theta . X theta``, shape (m, 3, 3)."""
+    mixed = r[:, :, None] * n[:, None, :]
+    return 0.5 * (mixed + mixed.swapaxes(1, 2)) - np.einsum("mi,mi->m", n, r)[:, None, None] * np.eye(3)
 
 
 def _motion(shares: np.ndarray, arms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -148,9 +155,10 @@ class StiffenerLines:
         return self.assembled(total, count)
 
     def stress_stiffness(self, displacement: np.ndarray, count: int) -> sp.csr_matrix:
-        """Return the geometric stiffness of the forces of a displacement (6 count,), of fibres along the axis.
+        """Return the geometric stiffness of the forces n and moments m of a displacement (6 count,).
 
-        ``N u_c'.v_c' + M_y (u_c'.c' + b'.v_c') - M_z (...)`` with the motions b and c of unit arms along local z and y,
+        Their work on the strains of second order of sections that stay rigid, as in
+        `kanefe_fem.beams.geometric_stiffness`, with ``theta_i x (theta_i x r_i) / 2`` in the displacement of the axis
         and ``N (I_y + I_z) / A`` of the twist.
         """
         D, q = self.section_stiffness, displacement[self._dofs]
@@ -158,13 +166,15 @@ class StiffenerLines:
         total = np.zeros((len(self.nodes), 18, 18))
         for at in self.stations("stiffness"):
             force = np.einsum("st,mtj,mj->ms", D, at.strains, q) * at.weight[:, None]
+            n, m = (np.einsum("mai,ma->mi", at.axes, part) for part in (force[:, :3], force[:, 3:]))
+            theta = at.theta.swapaxes(1, 2)
+            mixed = theta @ (skews(n) @ at.du + 0.5 * skews(m) @ at.dtheta)
+            total += mixed + mixed.swapaxes(1, 2) + theta @ turning(n, at.axes[:, 0]) @ at.theta
+            for i, slope in enumerate(at.slope.T):
+                of_node = slice(6 * i + 3, 6 * i + 6)
+                total[:, of_node, of_node] += slope[:, None, None] * turning(n, self.arms[:, i])
             twist = np.einsum("mi,mij->mj", at.axes[:, 0], at.dtheta)
-            total += force[:, 0, None, None] * (
-                at.du.swapaxes(1, 2) @ at.du + radius * twist[:, :, None] * twist[:, None, :]
-            )
-            for axis, moment in ((2, force[:, 4]), (1, -force[:, 5])):
-                mixed = at.du.swapaxes(1, 2) @ skews(at.axes[:, axis]) @ at.dtheta
-                total -= moment[:, None, None] * (mixed + mixed.swapaxes(1, 2))
+            total += radius * force[:, 0, None, None] * twist[:, :, None] * twist[:, None, :]
         return self.assembled(total, count)
 
     def mass_field(self, count: int) -> MassField:

@@ -26,6 +26,7 @@ from kanefe_fem.verification import (
     shell_stresses,
     shells,
     sliding_block,
+    stiffened_shells,
     stiffened_solids,
 )
 from kanefe_fem.verification.centrifugal import AREA, DENSITY, LENGTH, YOUNG, centrifugal_statics
@@ -135,5 +136,6 @@ CASES = (
     *shell_stresses.CASES,
     *joined_shells.CASES,
     *sliding_block.CASES,
+    *stiffened_shells.CASES,
     *stiffened_solids.CASES,
 )
