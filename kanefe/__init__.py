@@ -12,6 +12,7 @@ from kanefe.storage.forks import renew_locks_in_children
 if TYPE_CHECKING:
     from kanefe import fatigue as fatigue
     from kanefe import studies as studies
+    from kanefe.batches import simulate_many as simulate_many
     from kanefe.bodies.exact.strain_basis import BSpline as BSpline
     from kanefe.bodies.exact.strain_basis import Legendre as Legendre
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody

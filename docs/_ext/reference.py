@@ -34,6 +34,7 @@ ROOMS = {
     "tree": "What functions of the user see",
     "linear": "Equilibria and small motions",
     "screening": "Screened runs",
+    "batches": "Many runs at once",
     "studies": "Studies",
     "fatigue": "Fatigue",
     "frames": "Rotations",

@@ -101,7 +101,7 @@ def _with_trials(
     model = dynamics.model
     by_single_steps = watch is not None and not (not model.controllers and looks_out(stepper) and stepper.can_look_out)
     counter = WorkCounter(model, by_single_steps, dynamics.calls_for_jacobian(options.span[0]))
-    return TriedMethods(stepper, choice.rivals, dynamics, options.span, choice.control["rtol"], counter)
+    return TriedMethods(stepper, tuple(choice.rivals.values()), dynamics, options.span, choice.control["rtol"], counter)
 
 
 def give_back(model: Model, options: RunOptions, used: SetUp) -> None:

@@ -1,6 +1,8 @@
-"""Chains against MuJoCo: a whole run at equal error, and an evaluation that is called from Python."""
+"""Chains against MuJoCo: whole runs at equal error, from one start and from many, and an evaluation from Python."""
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +11,8 @@ from benchmarks.clocks import Race, check_agreement, coarsest, fill, microsecond
 from benchmarks.goals import Figure, Goal
 from benchmarks.peer_process import Peers
 from benchmarks.work_precision.rigid_chain import END, GRAVITY, chain_links, chain_scene, chain_start
+from kanefe.batches.many_runs import simulate_many
+from kanefe.result import Result
 from kanefe.system import System
 
 ERROR = 1e-3
@@ -22,6 +26,9 @@ CALL_GOALS = {
     count: Goal(f"S1 right-hand side, N={count}, from Python: time / MuJoCo's mj_forward", limit)
     for count, limit in ((5, 0.9), (20, 0.8))
 }
+
+MANY_LINKS, STARTS = 20, 100
+MANY_GOAL = Goal(f"S1, {STARTS} random starts, N={MANY_LINKS}, to {ERROR:g} m: simulate_many / MuJoCo's rollout", 0.7)
 
 TOLERANCES = tuple(10.0 ** (-0.5 * i) for i in range(4, 15))
 STEPS = tuple(round(20 * 2 ** (0.5 * i)) for i in range(22))
@@ -69,6 +76,36 @@ def calls_of_chains(peers: Peers, rounds: int) -> list[Figure]:
     return figures
 
 
+def runs_from_many_starts(peers: Peers, rounds: int) -> list[Figure]:
+    """Compare many runs, each side at its coarsest setting whose error is small enough in the median of the starts.
+
+    (Some of the chains are so near to chaos that no coarse step follows them.)
+    """
+    name, scene, random = _build(peers, MANY_LINKS), chain_scene(MANY_LINKS), np.random.default_rng(1)
+    q = np.array(chain_start(MANY_LINKS)) + random.uniform(-0.3, 0.3, (STARTS, MANY_LINKS))
+    starts = np.hstack((q, random.uniform(-0.5, 0.5, (STARTS, MANY_LINKS))))
+
+    def many(rtol: float) -> tuple[Result, ...]:
+        options = {"output_times": [END], "rtol": rtol, "threads": 1, "progress": False}
+        return simulate_many(scene, (0.0, END), starts, **options)
+
+    def ends(rtol: float) -> np.ndarray:
+        return np.array([run.center_of_mass(f"link {MANY_LINKS - 1}")[-1] for run in many(rtol)])
+
+    def theirs(steps: int) -> dict[str, Any]:
+        return peers.ask("roll_out", name=name, starts=starts.tolist(), steps=steps, h=END / steps)
+
+    def error(found: Any) -> float:
+        return float(np.median(np.linalg.norm(np.array(found) - exact, axis=1)))
+
+    exact = ends(1e-10)
+    steps = coarsest(STEPS[6:11], lambda count: error(theirs(count)["ends"]), ERROR)
+    rtol = coarsest(TOLERANCES[:5], lambda value: error(ends(value)), ERROR)
+    race = Race(lambda: seconds(lambda: many(rtol)), lambda: theirs(steps)["seconds"], rounds)
+    remark = f"{1e3 * race.ours:.3g} ms with rtol {rtol:.2g} against {1e3 * race.theirs:.3g} ms with {steps} steps"
+    return [MANY_GOAL.figure(race.ratio, remark)]
+
+
 def _build(peers: Peers, count: int) -> str:
     name = f"MuJoCo's chain {count}"
     start = {"gravity": list(GRAVITY), "q": chain_start(count)}
@@ -82,4 +119,8 @@ def _end(scene: System, count: int, rtol: float) -> np.ndarray:
     return np.asarray(run.center_of_mass(f"link {count - 1}")[-1])
 
 
-GROUPS = {runs_of_chains: list(RUN_GOALS.values()), calls_of_chains: list(CALL_GOALS.values())}
+GROUPS = {
+    runs_of_chains: list(RUN_GOALS.values()),
+    runs_from_many_starts: [MANY_GOAL],
+    calls_of_chains: list(CALL_GOALS.values()),
+}

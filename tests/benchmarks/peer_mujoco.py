@@ -6,6 +6,8 @@ import time
 from typing import Any
 
 import mujoco
+import numpy as np
+from mujoco import rollout
 
 Answer = dict[str, Any]
 
@@ -40,6 +42,23 @@ def solve_chain(model: Any, q: list[float], steps: int, h: float) -> Answer:
     seconds = time.process_time() - start
     mujoco.mj_kinematics(model, data)
     return {"seconds": seconds, "end": data.xipos[-1].tolist()}
+
+
+def roll_out(model: Any, starts: list[list[float]], steps: int, h: float) -> Answer:
+    """Take steps from many starts (angles, rates), and tell where the last link's centre of mass is after each."""
+    model.opt.timestep = h
+    data = mujoco.MjData(model)
+    whole = mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    first = np.zeros((len(starts), whole))
+    first[:, 1 : 1 + model.nq + model.nv] = starts  # behind the time
+    start = time.process_time()
+    states, _ = rollout.rollout(model, [data], first, nstep=steps)
+    seconds, ends = time.process_time() - start, []
+    for state in states[:, -1]:
+        data.qpos[:] = state[1 : 1 + model.nq]
+        mujoco.mj_kinematics(model, data)
+        ends.append(data.xipos[-1].tolist())
+    return {"seconds": seconds, "ends": ends}
 
 
 def call_forward(model: Any, q: list[float], count: int) -> Answer:

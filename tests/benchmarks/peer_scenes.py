@@ -28,7 +28,7 @@ from exudyn.FEM import FEMinterface, ObjectFFRFreducedOrderInterface  # noqa: E4
 from exudyn.utilities import RigidBodyInertia, RotationMatrixY, RotationMatrixZ  # noqa: E402
 from peer_arm import solve_arm  # noqa: E402
 from peer_car import built_car  # noqa: E402
-from peer_mujoco import call_forward, mujoco_chain, solve_chain  # noqa: E402
+from peer_mujoco import call_forward, mujoco_chain, roll_out, solve_chain  # noqa: E402
 
 Answer = dict[str, Any]
 
@@ -41,6 +41,7 @@ class Runs:
     def __init__(self) -> None:
         self.solves: dict[str, Callable[[int, float], Answer]] = {}
         self.calls: dict[str, Callable[[int], Answer]] = {}
+        self.many: dict[str, Callable[[list[list[float]], int, float], Answer]] = {}
 
     def versions(self) -> Answer:
         """Name the peers."""
@@ -80,11 +81,16 @@ class Runs:
         model = mujoco_chain(links, gravity)
         self.solves[name] = lambda steps, h: solve_chain(model, q, steps, h)
         self.calls[name] = lambda count: call_forward(model, q, count)
+        self.many[name] = lambda starts, steps, h: roll_out(model, starts, steps, h)
         return {}
 
     def solve(self, name: str, steps: int, h: float) -> Answer:
         """Run a scene from its start: arm and mixed scene implicitly, others with the Runge-Kutta method of order 4."""
         return self.solves[name](steps, h)
+
+    def roll_out(self, name: str, starts: list[list[float]], steps: int, h: float) -> Answer:
+        """Run a chain from many starts."""
+        return self.many[name](starts, steps, h)
 
     def call(self, name: str, count: int) -> Answer:
         """Evaluate the accelerations of a chain many times."""

@@ -24,7 +24,7 @@ PARAMETERS, FUNCTION_LINES = (6, 8), (40, 60, 80)
 
 LIMITS = {
     "constants of kernels": 440,
-    "lines of imports of kernels": 2295,
+    "lines of imports of kernels": 2300,
     "kernels above 8 parameters": 0,
     "kernels above 6 parameters": 8,
     "functions above 40 lines of code": 2,
@@ -67,6 +67,7 @@ ROOMS = {
     "report": 577,
     "records": 487,
     "constraints": 422,
+    "batches": 350,
 }
 """Largest number of lines of each room."""
 

@@ -208,6 +208,7 @@ def deck() -> kf.System:
     return made
 
 
+first("kanefe.simulate_many", kf.simulate_many, hanging, t_span=(0.0, 0.01), starts=[[0.1, 0.0]], threads=1)
 first("kanefe.screen", kf.screen, deck, duration=1.0, start=None, rtol=None, output_step=None, spacing=0.25)
 
 

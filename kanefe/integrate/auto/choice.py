@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, cast
 
@@ -46,8 +46,8 @@ class Choice:
         Whether its steps are kernels.
     keeps_steps : bool
         Whether its steps are given, and events of loads that would only end one do not.
-    rivals : tuple of callable
-        (dynamics) -> stepper of another method, which the run tries.
+    rivals : dict of str to callable
+        By name: (dynamics) -> stepper of another method, which the run tries.
     left_out : dict of str to str, or None
         Why "auto" does not try others, by their names.
     """
@@ -59,8 +59,12 @@ class Choice:
     is_plugged: bool = False
     is_compiled: bool = False
     keeps_steps: bool = False
-    rivals: tuple[Callable[[Dynamics], Stepper], ...] = ()
+    rivals: Mapping[str, Callable[[Dynamics], Stepper]] = field(default_factory=dict)
     left_out: dict[str, str] | None = None
+
+    def maker_of(self, name: str) -> Callable[[Dynamics], Stepper] | None:
+        """Return what makes the steppers of a method of this name, if it may be the one of the run."""
+        return self.make if name == self.name else self.rivals.get(name)
 
 
 def choose(model: Model, options: RunOptions) -> Choice:
@@ -91,10 +95,10 @@ def choose(model: Model, options: RunOptions) -> Choice:
         )
     follows, is_compiled = {"rtol": allowed} if step is None else {"step": step}, isinstance(row.stepper, Compiled)
     keeps_steps = step is not None and row.keeps_fixed_steps
-    rivals: tuple[Callable[[Dynamics], Stepper], ...] = ()
+    rivals: dict[str, Callable[[Dynamics], Stepper]] = {}
     left_out = None
     if options.method == AUTO and step is None:
-        rivals = tuple(partial(_stepper, row_for(model, one), start, stop, control) for one in found.rivals)
+        rivals = {one: partial(_stepper, row_for(model, one), start, stop, control) for one in found.rivals}
         left_out = found.left_out
     return Choice(name, reason, make, follows, row.is_plugged, is_compiled, keeps_steps, rivals, left_out)
 

@@ -214,6 +214,12 @@ class KernelStepper:
         return self._compiled_run.prepared(run, watched, self._kernels.restart_share)
 
     @property
+    def looks_at_start(self) -> bool:
+        """Whether its memory at the start of a run depends on more of the start than the state."""
+        kernels = self._kernels
+        return kernels.is_implicit or kernels.has_jacobian or kernels.first_step is not None
+
+    @property
     def can_look_out(self) -> bool:
         """Whether it passes over quiet steps by itself: see `LooksOut`."""
         return self.dynamics.is_autonomous and self.dynamics.route.watching is not None
@@ -251,9 +257,7 @@ class KernelStepper:
     ) -> tuple[int, bool]:
         """Continue; return how many times were passed and, where there are events, whether the last step is done."""
         step, dynamics, is_compiled = self.step, self.dynamics, self.dynamics.is_autonomous
-        step.stored, step.is_left_open, step.waiting, step.wants_dense = passed, False, 0, wants_dense
-        step.settles = min(step.settles, Settling.SOME)
-        step.next_output = times[passed] if passed < len(times) else math.inf
+        self.begin_outputs(times, passed, wants_dense)
         before, evaluations = step.evaluations, dynamics.evaluations
         run = self._run._replace(times=times, states=states, most_steps=step.steps + min(most_steps, 2**40))
         if step.is_fixed:
@@ -265,6 +269,13 @@ class KernelStepper:
             for i in range(passed, step.stored):
                 states[i] = self._closed(float(times[i]), states[i])
         return step.stored, is_done
+
+    def begin_outputs(self, times: np.ndarray, passed: int, wants_dense: bool = False) -> None:
+        """Let the steps that follow write states at some times, of which so many are passed."""
+        step = self.step
+        step.stored, step.is_left_open, step.waiting, step.wants_dense = passed, False, 0, wants_dense
+        step.settles = min(step.settles, Settling.SOME)
+        step.next_output = times[passed] if passed < len(times) else math.inf
 
     def _following(self, run: Run, over: WatchedRun | Sampler | None) -> Callable[[], tuple[int, bool]]:
         """Return what gives the next command, and whether the step is done."""
