@@ -19,6 +19,7 @@ from kanefe.storage.scipy_later import sp
 
 if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import NodalPattern
+    from kanefe.fe_model.ribs import Ribs
     from kanefe.fe_model.shell_stack import ShellStack
 
 TRANSLATIONS = ("x", "y", "z")
@@ -330,6 +331,9 @@ class Elasticity:
         the shape of a section is not known.
     shell : ShellStack or None
         Thickness and layers of the cells that are shells; the table is that of the other cells.
+    ribs : Ribs or None
+        The beams along the lines of a shell. `of_cell` has the number of the section for cells of shells, of the
+        stiffener for lines, and of the matrix for those of solids.
     """
 
     table: np.ndarray
@@ -337,6 +341,7 @@ class Elasticity:
     axes: np.ndarray | None = None
     fibres: np.ndarray | None = None
     shell: ShellStack | None = None
+    ribs: Ribs | None = None
 
 
 CELL_TYPES = {

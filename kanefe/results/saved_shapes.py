@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.fe_model.ribs import Ribs
 from kanefe.fe_model.shell_stack import ShellStack
 from kanefe.results.body_shape import BodyShape
 from kanefe.storage.hdf5 import Arrays, safe_name
@@ -24,6 +25,9 @@ LARGEST_BASIS = 2**29
 
 AS_THEY_ARE = ("name", "parent", "parent_interface", "joint", "mass", "is_orthonormal", "provenance")
 """Attributes of a body that the header of a file has unchanged."""
+
+OF_SHELLS: dict[str, Any] = {"shell": ShellStack, "ribs": Ribs}
+"""Parts of the elasticity of a body that are records of arrays, by their names."""
 
 NAMES = ("driven_names", "coordinate_names", "speed_names", "interfaces", "components")
 """Attributes of a body that are tuples of names, which the header has too."""
@@ -86,10 +90,11 @@ def _arrays_of_mesh(shape: BodyShape) -> Arrays:
         arrays |= {
             f"{folder}/elasticity/{f.name}": (value, "Pa of solids; N, N m2 of beams" if f.name == "table" else "1")
             for f in fields(shape.elasticity)
-            if f.name != "shell" and (value := getattr(shape.elasticity, f.name)) is not None
+            if f.name not in OF_SHELLS and (value := getattr(shape.elasticity, f.name)) is not None
         }
-        if (stack := shape.elasticity.shell) is not None:
-            arrays |= {f"{folder}/elasticity/shell/{f.name}": (getattr(stack, f.name), "SI") for f in fields(stack)}
+        for part in OF_SHELLS:
+            if (own := getattr(shape.elasticity, part)) is not None:
+                arrays |= {f"{folder}/elasticity/{part}/{f.name}": (getattr(own, f.name), "SI") for f in fields(own)}
     if shape.stress_modes is not None:
         arrays[f"{folder}/stress_modes"] = (shape.stress_modes, "Pa by modal coordinate")
     if shape.line is not None:
@@ -116,10 +121,11 @@ def within(folder: str, arrays: Mapping[str, np.ndarray]) -> dict[str, np.ndarra
 
 
 def _elasticity(found: dict[str, np.ndarray]) -> Elasticity | None:
-    of_shell = within("shell/", found)
-    stack = ShellStack(**of_shell) if of_shell else None
-    own: dict[str, Any] = {name: value for name, value in found.items() if not name.startswith("shell/")}
-    return Elasticity(**own, shell=stack) if own else None
+    own: dict[str, Any] = {name: value for name, value in found.items() if "/" not in name}
+    for part, make in OF_SHELLS.items():
+        if arrays := within(f"{part}/", found):
+            own[part] = make(**arrays)
+    return Elasticity(**own) if own else None
 
 
 def _line(found: dict[str, np.ndarray]) -> BeamLine | None:

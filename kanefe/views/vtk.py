@@ -13,8 +13,10 @@ from xml.sax.saxutils import escape
 import numpy as np
 
 from kanefe.errors import FileError, MissingDependency, ModelError
+from kanefe.fe_model.drawn_shell import drawn_shell
 from kanefe.fe_model.model import CELL_TYPES
-from kanefe.fe_model.thick_shell import LAYERED, ThickShell, layered
+from kanefe.fe_model.shapes import shape as element
+from kanefe.fe_model.thick_shell import ThickShell, layered
 from kanefe.frames import numbers, rotation_matrix
 from kanefe.results.body_shape import BodyShape
 from kanefe.results.contact_history import STATUS, ContactHistory
@@ -49,7 +51,7 @@ _QUOTES = {'"': "&quot;"}
 
 FieldData = Callable[[int], tuple[dict[str, np.ndarray], dict[str, np.ndarray]]]
 """Scalars at the nodes (n,) and at the cells (cells,) of a body, by name, at an output time given by number; of a shell
-at the points of its layers (`kanefe.fe_model.thick_shell.layered`)."""
+at the points of its layers, and of what is beside it (`kanefe.fe_model.drawn_shell`)."""
 
 
 def write_series(
@@ -133,10 +135,7 @@ def _parts_of_bodies(result: Reader, scale: float, fields: Mapping[str, FieldDat
         write = None
         if shape.is_flexible:
             data, number = fields.get(shape.name), _number_of(result, shape)
-            stack = shape.elasticity.shell if shape.elasticity is not None else None
-            if not all(block.kind in LAYERED for block in shape.cells):
-                stack = None  # beside beams and solids a shell is drawn by its surface
-            thick = None if stack is None else layered(shape.cells, stack, plies=data is not None)
+            thick = _thick(shape, plies=data is not None)
             grid = _mesh_grid(shape if thick is None else thick, number)
             write = partial(_write_mesh, result, (shape, thick), grid, scale, data)
         yield _Part(shape.name, f"body{i}", names, write)
@@ -210,6 +209,17 @@ def _grid(blocks: Sequence[tuple[str, np.ndarray]], numbers: Mapping[str, np.nda
         types=np.concatenate([np.full(len(nodes), WRITTEN_TYPES[kind], dtype=np.uint8) for kind, nodes in blocks]),
         numbers={name: np.array(np.broadcast_to(of, len(sizes)), dtype=np.int32) for name, of in numbers.items()},
     )
+
+
+def _thick(shape: BodyShape, *, plies: bool) -> ThickShell | None:
+    """Return a shell with its thickness, and with what is in one mesh with it; None for other bodies."""
+    known = shape.elasticity
+    if known is None or known.shell is None:
+        return None
+    thick = layered(shape.cells, known.shell, plies=plies)
+    solids = [block for block in shape.cells if element(block.kind).dimension == 3]
+    drawn = drawn_shell(shape.nodes, shape.cells, known.ribs, thick, solids)
+    return ThickShell(drawn.nodes, drawn.arms, drawn.all_cells)
 
 
 def _mesh_grid(shape: BodyShape | ThickShell, number: np.ndarray | int) -> _Grid:

@@ -48,6 +48,7 @@ WORDS = {
     "node group",
     "node shares",
     "relaxation",
+    "ribs",
     "section frame",
     "unreduced body",
     "viscoelastic part",

@@ -9,6 +9,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import numbers
 from kanefe.results.body_shape import BodyShape
+from kanefe_fem.recovery.joined_fields import shell_groups
 from kanefe_fem.recovery.strain_fields import checked_elasticity
 
 
@@ -30,13 +31,20 @@ def nearest_frames(stored: np.ndarray, times: Sequence[float] | np.ndarray) -> n
 def material_row(name: str, shape: BodyShape, material: int | str) -> int:
     """Return the row of the table of moduli of a material, given as its group of cells or its number."""
     own = shape.elasticity
-    table = own.shell.forces if own is not None and own.shell is not None else checked_elasticity(name, shape).table
-    groups = list(shape.provenance.get("materials", {}))
+    if own is not None and own.shell is not None:
+        groups = shell_groups(shape)
+        count = len(own.shell.forces) + (0 if own.ribs is None else len(own.ribs.stiffness)) + len(own.table)
+    else:
+        groups = list(shape.provenance.get("materials", {}))
+        count = len(checked_elasticity(name, shape).table)
     if isinstance(material, str):
-        if material not in groups or len(groups) != len(table):
-            known = ", ".join(groups) if len(groups) == len(table) else f"numbers 0 to {len(table) - 1}"
+        if material not in groups or len(groups) != count:
+            known = ", ".join(groups) if len(groups) == count else f"numbers 0 to {count - 1}"
             raise ModelError(f"body {name!r} has no material of the group {material!r}. It has: {known}")
+        if groups.count(material) > 1:
+            rows = ", ".join(str(i) for i, one in enumerate(groups) if one == material)
+            raise ModelError(f"{material!r} are several groups of {name!r}. Remedy: one of the numbers {rows}")
         return groups.index(material)
-    if not 0 <= material < len(table):
-        raise ModelError(f"material {material} of body {name!r} is none of 0 to {len(table) - 1}")
+    if not 0 <= material < count:
+        raise ModelError(f"material {material} of body {name!r} is none of 0 to {count - 1}")
     return int(material)

@@ -72,7 +72,7 @@ def find_point(
         element = shape(block.kind)
         table = block.nodes[wanted[start : start + len(block.nodes)]]
         start += len(block.nodes)
-        if not len(table):
+        if not len(table) or element.dimension == 1:
             continue
         corners = nodes[table[:, : element.corners]]
         near = np.argsort(np.linalg.norm(corners.mean(axis=1) - point, axis=1), kind="stable")[:CANDIDATES]
@@ -88,7 +88,9 @@ def find_point(
             if distance <= 1e-9 * size:
                 return best[2]
     if best is None:
-        raise ModelError("no cell of the body has this material. Remedy: choose one of those it has")
+        raise ModelError(
+            "no cell with a surface has this material: beams have none. Remedy: choose one of those it has"
+        )
     distance, size, found = best
     if distance > REACH * size + slack:
         raise ModelError(

@@ -8,7 +8,6 @@ from typing import Any, Protocol
 import numpy as np
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.thick_shell import thick_skin
 from kanefe.results.reader import Reader
 from kanefe_fem.recovery.envelope import Envelope
 from kanefe_fem.recovery.scalars import FAILURES, TITLES, Scalar
@@ -50,8 +49,9 @@ def write_picture(
     eta = recovery.eta if frame is None else recovery.eta[frame][None]
     nodes, arms, cells = np.arange(len(fields.nodes)), None, fields.cells
     if isinstance(fields, ShellStrainFields) and fields.face is None and fields.ply is None:
-        values, thick = fields.faces_scalar(quantity, eta), thick_skin(cells, fields.stack)
-        nodes, arms, cells = thick.nodes, thick.arms, thick.cells
+        drawn = fields.drawn()
+        values = fields.faces_scalar(quantity, eta, recovery.material)
+        nodes, arms, cells = drawn.nodes, drawn.arms, drawn.all_cells
     elif frame is None:
         values = recovery.envelope(quantity).values
     else:

@@ -11,35 +11,30 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.instants.instant import Instant
-from kanefe.results.reader import LARGEST_TABLE, Reader
+from kanefe.results.reader import Reader
 from kanefe.results.selection import Frames, frame_index
-from kanefe_fem.recovery import scalars as measures
 from kanefe_fem.recovery.choices import material_row, nearest_frames
-from kanefe_fem.recovery.envelope import Envelope, envelope_of
-from kanefe_fem.recovery.fibre_stress import fibre_stress
+from kanefe_fem.recovery.fibre_stress import ENDS, normal_stress
+from kanefe_fem.recovery.fields_at_times import Face, FieldsAtTimes
 from kanefe_fem.recovery.gauges import gauge_strains, rosette_directions
-from kanefe_fem.recovery.given_stresses import GivenStresses
+from kanefe_fem.recovery.joined_fields import JoinedFields
+from kanefe_fem.recovery.rib_fields import RibFields
 from kanefe_fem.recovery.scalars import Scalar
+from kanefe_fem.recovery.section_forces import section_forces, stations_of
 from kanefe_fem.recovery.shell_fields import ShellStrainFields
-from kanefe_fem.recovery.shell_points import ShellStrains
-from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor
 from kanefe_fem.recovery.vtk_arrays import shell_vtk_arrays, vtk_arrays
 
 if TYPE_CHECKING:
-    from kanefe.fatigue import MeanStress, SNCurve
-    from kanefe_fem.recovery.damage_map import DamageMap
     from kanefe_fem.recovery.expressions import ExpressionTerms
     from kanefe_fem.recovery.section_forces import SectionForces
     from kanefe_fem.recovery.shell_forces import ShellForces
-
-Face = Literal["top", "bottom", "middle"]
 
 
 @checked("name", "face", "ply")
@@ -66,8 +61,9 @@ def recover(
     frames : int, slice or sequence of int, optional
         Indices of output times, instead of `times`.
     material : int or str, optional
-        Row of the body's table of moduli, or the group of cells that has it. Only its cells are used, and values at
-        nodes elsewhere are NaN. Without it, stresses at nodes between two materials are means over both sides.
+        Row of the body's table of moduli, or the group of cells that has it, or the name of stiffeners of a shell. Only
+        its cells are used, and values at nodes elsewhere are NaN. Without it, stresses at nodes between two materials
+        are means over both sides, and scalars of a shell with stiffeners and solids are the worst of all at each node.
     face : {"top", "bottom", "middle"}, optional
         Of a shell, or of its ply: "top" is where the normal points. Without it scalars, such as `Recovery.von_mises`
         and `Recovery.envelope`, are the worst of all faces and middles through the thickness.
@@ -105,6 +101,15 @@ def recover(
     own = shape.elasticity
     if (face is not None or ply is not None) and (own is None or own.shell is None):
         raise ModelError(f"{name!r} is no shell and has no face or ply. Remedy: leave out face= and ply=")
+    if own is not None and own.ribs is not None and not own.ribs.has_shape.all():
+        known = zip(shape.provenance["stiffeners"], own.ribs.has_shape, strict=True)
+        unknown = ", ".join(rib for rib, is_known in known if not is_known)
+        warnings.warn(
+            f"the sections of the stiffeners {unknown} of {name!r} have constants but no shape: stresses leave their "
+            "fibres out. Remedy: Rectangle, Box, Tube or SolidCircle, or section_forces()",
+            AccuracyWarning,
+            stacklevel=outside(),
+        )
     if f"relaxation of {name}" in result.loads:
         warnings.warn(
             f"stresses of the viscoelastic body {name!r} are those of its long-term moduli: what its arms carry while "
@@ -115,54 +120,8 @@ def recover(
     return Recovery(result, name, rows, eta[rows], row, (face, ply))
 
 
-class Recovery:
-    """Fields of a flexible body at T output times of a run, made by `recover`.
-
-    Displacements are in m, stresses in Pa; all are components in the mesh frame G, xx, yy, zz, yz, xz, xy, with
-    engineering shear strains. A stress at a node is extrapolated from the Gauss points and averaged over the adjacent
-    cells.
-
-    Parameters
-    ----------
-    result : Result
-    name : str
-        Name of the body.
-    frames : ndarray of int, shape (T,)
-        Indices of the output times.
-    eta : ndarray, shape (T, k)
-        Modal coordinates.
-    material : int, optional
-        Row of the table of moduli.
-    level : tuple of str and int, optional
-        Face and ply of a shell.
-
-    Notes
-    -----
-    Stresses are those of the kept modes. They miss the quasi-static part of the modes that the reduction dropped, which
-    matters near concentrated loads.
-    """
-
-    def __init__(
-        self,
-        result: Reader,
-        name: str,
-        frames: np.ndarray,
-        eta: np.ndarray,
-        material: int | None = None,
-        level: tuple[Face | None, int | None] = (None, None),
-    ) -> None:
-        self.result = result
-        self.name = name
-        self.frames = frames
-        self.eta = eta
-        self.material = material
-        self.level = level
-        self._envelopes: dict[tuple[str, str], Envelope] = {}
-
-    @property
-    def times(self) -> np.ndarray:
-        """Times of the fields, shape (T,), s."""
-        return self.result.times[self.frames]
+class Recovery(FieldsAtTimes):
+    """Fields, gauges, section forces and pictures of a flexible body at output times of a run, made by `recover`."""
 
     def segments(self) -> list[Recovery]:
         """Return the fields of each segment of a segmented body.
@@ -176,149 +135,6 @@ class Recovery:
             eta = self.result.modal_coordinates(name)[self.frames]
             made.append(Recovery(self.result, name, self.frames, eta, self.material, self.level))
         return made
-
-    @property
-    def is_of_beams(self) -> bool:
-        """Whether the body is made of beams, which have section forces instead of a stress field."""
-        elasticity = self.result.body(self.name).elasticity
-        return elasticity is not None and elasticity.axes is not None
-
-    def displacement(self) -> np.ndarray:
-        """Return the displacement of the nodes, shape (T, n, 3), m."""
-        return self.result.nodal_displacements(self.name, self.frames)
-
-    def strain_at_nodes(self) -> np.ndarray:
-        """Return the strain at the nodes, shape (T, n, 6)."""
-        return self._tensor("strain", "nodes")
-
-    def stress_at_nodes(self) -> np.ndarray:
-        """Return the stress at the nodes, shape (T, n, 6), Pa."""
-        return self._tensor("stress", "nodes")
-
-    def stress_of(self, eta: np.ndarray, /) -> np.ndarray:
-        """Return the stress at the nodes for given modal coordinates (r, k), shape (r, n, 6), Pa.
-
-        For m beams it is the stress in p outer fibres at both ends of each, shape (r, m 2 p, 6); see
-        `kanefe_fem.recovery.fibre_stress`. For a shell it is that at its bottom and then at its top, (r, 2 P, 6), at
-        its P places (see `kanefe.fe_model.shell_stack.FacePlaces`).
-        """
-        if self.is_of_beams:
-            return fibre_stress(self.result.body(self.name), np.atleast_2d(eta))
-        fields = self._fields()
-        if isinstance(fields, ShellStrainFields):
-            return fields.faces_of(np.atleast_2d(eta))
-        return fields.evaluate("stress", "nodes", np.atleast_2d(eta), self.material)
-
-    def strain_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:
-        """Return the strain at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6)."""
-        return self._tensor("strain", _place(at))
-
-    def stress_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:
-        """Return the stress at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6), Pa."""
-        return self._tensor("stress", _place(at))
-
-    def stress_in_layer(self, at: Literal["nodes", "cells"] = "nodes") -> np.ndarray:
-        """Return the stress of a shell in the axes of the ply, (T, n, 6) or (T, cells, 6), Pa: 11, 22, 33, 23, 13, 12.
-
-        Raises
-        ------
-        ModelError
-            If the body is no shell, or no face was chosen.
-
-        Examples
-        --------
-        ``along_fibres = recover(result, "skin", ply=3, face="top").stress_in_layer()[..., 0]``
-        """
-        fields = self._fields()
-        if not isinstance(fields, ShellStrainFields):
-            raise ModelError(f"{self.name!r} is no shell and has no layers. Remedy: stress_at_nodes")
-        return fields.in_layers(at, self.eta, self.material)
-
-    def scalar(self, quantity: Scalar, at: Literal["nodes", "cells"] = "nodes") -> np.ndarray:
-        """Return a scalar of the stress at the nodes (T, n) or cells (T, cells), Pa; failure indices: 1.
-
-        Parameters
-        ----------
-        quantity, at
-            As for `envelope`.
-        """
-        fields = self._fields()
-        if quantity not in fields.scalars or at not in ("nodes", "cells"):
-            raise ModelError(f"no scalar {quantity!r} at {at!r}. There are: {', '.join(fields.scalars)}; nodes, cells")
-        self._check_size(quantity, 6 * len(fields.nodes if at == "nodes" else fields.centroids))
-        return fields.scalar(quantity, at, self.eta, self.material)
-
-    @property
-    def von_mises(self) -> np.ndarray:
-        """Von Mises' stress at the nodes, shape (T, n), Pa."""
-        return self.scalar("von_mises")
-
-    @property
-    def principal(self) -> np.ndarray:
-        """Principal stresses at the nodes, greatest first, shape (T, n, 3), Pa."""
-        return measures.principal(self.stress_at_nodes())
-
-    @property
-    def principal_strain(self) -> np.ndarray:
-        """Principal strains at the nodes, greatest first, shape (T, n, 3)."""
-        return measures.principal_strains(self.strain_at_nodes())
-
-    def envelope(self, quantity: Scalar = "von_mises", at: Literal["nodes", "cells"] = "nodes") -> Envelope:
-        """Return the greatest value of a scalar over the times of these fields, at every node or cell.
-
-        Parameters
-        ----------
-        quantity : {"von_mises", "tresca", "max_principal", "min_principal", "max_shear", "tsai_wu", "max_stress"}
-            The least value is taken for "min_principal". The last two are failure indices of the layers of shells, 1
-            at failure.
-        at : {"nodes", "cells"}
-
-        Raises
-        ------
-        ModelError
-            If there is no such quantity or place.
-
-        Examples
-        --------
-        ``worst = kanefe_fem.recover(result, "arm").envelope(); print(worst.peak, worst.peak_time)``
-        """
-        key = (quantity, at)
-        if key not in self._envelopes:
-            self._envelopes[key] = envelope_of(self._fields(), self.eta, self.times, quantity, at, self.material)
-        return self._envelopes[key]
-
-    def damage(
-        self,
-        curve: SNCurve,
-        *,
-        mean_stress: MeanStress | None = None,
-        quantity: str = "signed_von_mises",
-        floor: float = 1e-3,
-    ) -> DamageMap:
-        """Return the damage by fatigue at the nodes of the surface: rainflow counting and Miner's rule.
-
-        Parameters
-        ----------
-        curve : kanefe.fatigue.SNCurve
-        mean_stress : Goodman, Gerber or Walker of kanefe.fatigue, optional
-            Default: mean stress is not regarded.
-        quantity : str
-            "signed_von_mises" with the sign of the trace, or a component in G: "xx", "yy", "zz", "yz", "xz", "xy".
-        floor : float
-            Share of the largest damage below which nodes are not counted: they get an upper bound.
-
-        Raises
-        ------
-        ModelError
-            If there is no such quantity, the run has one time only, or the mean stress alone breaks the material.
-
-        Examples
-        --------
-        ``print(kanefe_fem.recover(result, "arm").damage(kf.fatigue.SNCurve(160e6, 1e6, 5, 9)))``
-        """
-        from kanefe_fem.recovery.damage_map import damage_map
-
-        return damage_map(self._fields(), self.eta, curve, mean_stress, quantity, floor, self.material)
 
     def gauge(self, position: Sequence[float] | np.ndarray, direction: Sequence[float] | np.ndarray) -> np.ndarray:
         """Return the history of a strain gauge, shape (T,).
@@ -394,6 +210,9 @@ class Recovery:
     def section_forces(self, stations: int = 2, *, inertia: bool = False) -> SectionForces:
         """Return the section forces along the elements of a body of beams; see `kanefe_fem.recovery.section_forces`.
 
+        Of a shell they are those of its stiffeners, about their own axes: elements are the lines of the mesh, and
+        `SectionForces.groups` has the stiffener of each.
+
         The elements of an exact beam are its cells, and forces are in the axes of the turned sections. Forces whose
         strains its theory does not have are those in balance with all loads beyond the section; NaN in a result that
         was read from a file, which does not have the loads.
@@ -410,17 +229,45 @@ class Recovery:
         Raises
         ------
         ModelError
-            If the body is not made of beams; with `inertia` also if distributed loads act on it, the result was
+            If the body has no beams; with `inertia` also if it is a shell, distributed loads act on it, the result was
             read from a file, or an interface has several nodes.
-        """
-        from kanefe_fem.recovery.section_forces import section_forces
 
+        Examples
+        --------
+        ``most = abs(recover(result, "panel", material="rib").section_forces()["My"]).max()``
+        """
+        beams = self._beams()
+        if beams is not None:
+            if inertia:
+                raise ModelError(f"{self.name!r} is a shell with stiffeners. Remedy: leave out inertia=True")
+            return beams[0].section_forces(self.times, stations_of(stations), self.eta, beams[1])
         if inertia and self.name in self.result.segmented:
             raise ModelError(
                 f"{self.name!r} is cut into segments, whose static modes give section forces without inertia=True. "
                 "Remedy: leave it out, or recover(result, name) of a segment"
             )
         return section_forces(self.result, self.name, self.frames, self.eta, stations, inertia)
+
+    def fibre_stress(self) -> np.ndarray:
+        """Return the normal stress in p fibres around both ends of each of m beams, shape (T, m, 2, p), Pa.
+
+        Beams are those of `section_forces`, of a shell its stiffeners; fibres go around the outline of the section, of
+        a rectangle from the corner -y, -z over y, -z. NaN where the shape of a section is not known.
+
+        Raises
+        ------
+        ModelError
+            If the body has no beams, or the shape of no section is known.
+
+        Examples
+        --------
+        ``worst = abs(recover(result, "panel", material="rib").fibre_stress()).max()``
+        """
+        self._check_size("stress in fibres", 32 * sum(len(block.nodes) for block in self.result.body(self.name).cells))
+        found = self._beams()
+        if found is None:
+            return normal_stress(self.result.body(self.name), self.eta)
+        return found[0].stress(ENDS, self.eta)[:, found[1]]
 
     def expression(
         self, function: Callable[[ExpressionTerms], Any], at: Literal["nodes", "cells", "gauss"] = "nodes"
@@ -459,7 +306,7 @@ class Recovery:
         quantities : sequence of str
             Scalars of `envelope` and "stress", "strain" (six components each, in the axes of G), at the nodes. Scalars
             are also written at the centres of the cells, without averaging. A shell is written as cells of its layers,
-            with values at the bottom and top of each.
+            with values at the bottom and top of each, and with the solids and beams in one mesh with it.
         scale : float
             Factor on the elastic displacements.
 
@@ -478,11 +325,6 @@ class Recovery:
         fields = self._fields()
         if isinstance(fields, ShellStrainFields) and (self.level != (None, None) or self.material is not None):
             raise ModelError("files of a shell have all its layers. Remedy: leave out face=, ply= and material=")
-        if isinstance(fields, ShellStrainFields) and len(fields.cells) < len(self.result.body(self.name).cells):
-            raise ModelError(
-                f"{self.name!r} has a shell beside beams or solids, whose stresses are not written together. Remedy: "
-                "Result.to_vtk, and the arrays of recover(...)"
-            )
 
         def data(frame: int) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
             eta = self.eta[place[frame]][None]
@@ -505,7 +347,8 @@ class Recovery:
     ) -> Path:
         """Draw the deformed body with a scalar of its stress in colours; needs pyvista.
 
-        A shell is drawn with its thickness and the values of both faces, or of the face or ply that was chosen.
+        A shell is drawn with its thickness and the values of both faces, or of the face or ply that was chosen; with
+        the solids and beams in one mesh with it.
 
         Parameters
         ----------
@@ -534,31 +377,18 @@ class Recovery:
         options = {"view": view, "title": title, "limit": limit}
         return write_picture(self, self._fields(), path, quantity, frame, scale, options)
 
-    def _fields(self) -> StrainFields:
-        body = self.result.body(self.name)
-        if body.elasticity is not None and body.elasticity.shell is not None:
-            return ShellStrainFields(ShellStrains.of_body(body), self.name, *self.level)
-        if body.stress_modes is not None:
-            return GivenStresses(self.name, body, body.stress_modes)
-        return StrainFields.of_body(self.name, body)
-
-    def _tensor(self, what: Tensor, at: Place) -> np.ndarray:
-        fields = self._fields()
-        points = len(fields.nodes) if at == "nodes" else fields.cell_count * (8 if at == "gauss" else 1)
-        self._check_size(what, 6 * points)
-        return fields.evaluate(what, at, self.eta, self.material)
-
-    def _check_size(self, what: str, values: int) -> None:
-        size = 8 * len(self.eta) * values
-        if size > LARGEST_TABLE:
+    def _beams(self) -> tuple[RibFields, np.ndarray] | None:
+        """Return the fields of the stiffeners of a shell, and which lines are chosen; None of other bodies."""
+        known = self.result.body(self.name).elasticity
+        if known is None or known.ribs is None:
+            return None
+        fields = cast(JoinedFields, self._fields())
+        beams = cast(RibFields, fields.ribs)
+        part, row = fields.part_of(self.material)
+        if part not in (None, "beams"):
             raise ModelError(
-                f"the {what} of {self.name!r} at {len(self.eta)} times takes up to {size / 2**30:.1f} GiB. Remedy: "
-                "choose times with recover(..., times=[...]), or take envelope()"
+                f"material={fields.groups[self.material or 0]!r} of {self.name!r} has no beams. Remedy: one of "
+                f"{', '.join(beams.names)}"
             )
-
-
-def _place(at: str) -> Place:
-    places: dict[str, Place] = {"centroid": "cells", "gauss": "gauss"}
-    if at not in places:
-        raise ModelError(f"a field at cells is at their 'centroid' or 'gauss' points, not {at!r}")
-    return places[at]
+        of_line = beams.ribs.of_line
+        return beams, np.full(len(of_line), True) if row is None else of_line == row

@@ -51,12 +51,15 @@ class SectionForces:
         Undeformed positions of the stations, in G, m.
     forces : ndarray, shape (T, m, s, 6)
         N, Vy, Vz in N, T, My, Mz in N m.
+    groups : tuple of str
+        The stiffener of a shell to which each element belongs; none of other beams.
     """
 
     times: np.ndarray
     stations: np.ndarray
     positions: np.ndarray
     forces: np.ndarray
+    groups: tuple[str, ...] = ()
 
     def __getitem__(self, name: str) -> np.ndarray:
         """Return one of N, Vy, Vz, T, My, Mz, shape (T, m, s)."""
@@ -74,7 +77,7 @@ def section_forces(
     if shape.line is not None:
         return exact_section_forces(result, name, shape.line, frames, eta, stations, inertia)
     frame = BeamFrame.of_body(name, shape.nodes, shape.components, shape.elasticity, shape.cells)
-    xi = _stations(stations)
+    xi = stations_of(stations)
     if not inertia:
         motion = np.asarray(eta @ shape.basis.T)  # (T, N)
         forces = frame.along(frame.end_forces(motion), xi, None)
@@ -92,7 +95,7 @@ def exact_section_forces(
     result: Reader, name: str, line: BeamLine, frames: np.ndarray, eta: np.ndarray, stations: int, inertia: bool
 ) -> SectionForces:
     """Return those of an exact beam, whose elements are the cells of its line, in the axes of the turned sections."""
-    times, xi = result.times[frames], _stations(stations)
+    times, xi = result.times[frames], stations_of(stations)
     forces = line.through(xi) @ np.squeeze(line.stiffness @ line.strains(eta)[..., None], -1)  # (T, C, s, 6)
     missing = [i for i in range(6) if inertia or i not in line.strain_of]
     if result.body(name).provenance.get("planar"):
@@ -105,7 +108,8 @@ def exact_section_forces(
     return SectionForces(times, xi, places, forces)
 
 
-def _stations(count: int) -> np.ndarray:
+def stations_of(count: int) -> np.ndarray:
+    """Return equally spaced stations of each element, both ends included."""
     if not isinstance(count, (int, np.integer)) or count < 2:
         raise ModelError(f"stations={count!r} of each element. Remedy: at least 2, its ends")
     return np.linspace(0.0, 1.0, count)

@@ -14,7 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.drawn_shell import DrawnShell, drawn_shell
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
+from kanefe.fe_model.thick_shell import thick_skin
 from kanefe_fem.materials.voigt import bond_matrix
 from kanefe_fem.recovery.scalars import ACROSS, FAILURES, PLANE, SCALARS
 from kanefe_fem.recovery.shell_points import Points, ShellStrains
@@ -175,7 +177,11 @@ class ShellStrainFields(StrainFields):
         found = [self.stress(points, parts, self._face(points, face)) for face in ("bottom", "top")]
         return np.concatenate([self._in_G("stress", points, one) for one in found], axis=1)
 
-    def faces_scalar(self, quantity: str, eta: np.ndarray) -> np.ndarray:
+    def drawn(self) -> DrawnShell:
+        """Return the points and cells of a picture."""
+        return drawn_shell(self.nodes, self.cells, None, thick_skin(self.cells, self.stack), ())
+
+    def faces_scalar(self, quantity: str, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return the worst of coordinates (T, k) at the bottom and then the top of all places, shape (2 P,)."""
         points, worst = self.shell.at_places, np.fmin if quantity == "min_principal" else np.fmax
         found = []
@@ -185,7 +191,7 @@ class ShellStrainFields(StrainFields):
                 parts = self.shell.strains("nodes", eta[first : first + step])
                 values = self._scalar_of(quantity, self.stress(points, parts, level), level)
                 best = worst(best, worst.reduce(values, axis=0))
-            found.append(best)
+            found.append(np.where(self._chosen(material), best, np.nan))
         return np.concatenate(found)
 
     def at_level(self, what: Tensor, points: Points, parts: tuple[np.ndarray, np.ndarray], level: Level) -> np.ndarray:

@@ -20,12 +20,20 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.fe_model.load_pattern import NodalPattern
-from kanefe.fe_model.model import Cells, FiniteElementModel, MassField, NodeGroup, StressStiffness, fields_together
+from kanefe.fe_model.model import (
+    Cells,
+    Elasticity,
+    FiniteElementModel,
+    MassField,
+    NodeGroup,
+    StressStiffness,
+    fields_together,
+)
 from kanefe.fe_model.shapes import shape
 from kanefe.frames import skews
 from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.seams import Seams
-from kanefe_fem.shells.stiffeners import StiffenerLines, turning
+from kanefe_fem.shells.stiffeners import StiffenerLines, ribs_together, turning
 
 STIFF = 1e3
 """Stiffness of a component that follows, relative to that of the shell there."""
@@ -36,7 +44,7 @@ def with_stiffeners(model: FiniteElementModel, lines: Sequence[StiffenerLines]) 
     count = len(model.nodes)
     stiffness = model.stiffness + sum(one.stiffness(count) for one in lines)
     field = fields_together([cast(MassField, model.mass_field), *(one.mass_field(count) for one in lines)])
-    of_shell = model.stress_stiffness
+    of_shell, own, ribs = model.stress_stiffness, cast(Elasticity, model.elasticity), ribs_together(lines)
 
     def stress_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
         total = of_shell(displacement) if of_shell is not None else sp.csr_matrix(stiffness.shape)
@@ -49,6 +57,7 @@ def with_stiffeners(model: FiniteElementModel, lines: Sequence[StiffenerLines]) 
         mass_field=field,
         stress_stiffness=stress_stiffness,
         cells=(*model.cells, *(Cells("line3", one.nodes) for one in lines)),
+        elasticity=replace(own, of_cell=np.append(own.of_cell, ribs.of_line), ribs=ribs),
         provenance={**model.provenance, "stiffeners": {one.name: one.described for one in lines}},
     )
 
@@ -113,6 +122,7 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
         mass_field=field,
         following=sp.vstack((unit, _directions(seams, size)), format="csr"),
         cells=(*shell.cells, *(Cells(block.kind, block.nodes + count) for block in solid.cells)),
+        elasticity=_moduli(shell, solid),
         groups=_groups(shell, solid, seams),
         load_patterns={name: _wide_pattern(one, parts.motion) for name, one in shell.load_patterns.items()},
         damping=parts.joined(shell.damping, solid.damping),
@@ -127,6 +137,12 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
             "dofs": size,
         },
     )
+
+
+def _moduli(shell: FiniteElementModel, solid: FiniteElementModel) -> Elasticity:
+    """Return the sections of the shell and the moduli of the solid."""
+    first, second = (cast(Elasticity, one.elasticity) for one in (shell, solid))
+    return replace(first, table=second.table, of_cell=np.append(first.of_cell, second.of_cell))
 
 
 def _wide_pattern(pattern: NodalPattern, motion: sp.csr_matrix) -> NodalPattern:

@@ -20,10 +20,12 @@ import scipy.sparse as sp
 
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import MassField
+from kanefe.fe_model.ribs import Ribs, axes_along
 from kanefe.fe_model.shapes import shape
 from kanefe.frames import skews
 from kanefe_fem.beams.beam_section import LineMass
 from kanefe_fem.beams.mass import section_points
+from kanefe_fem.beams.section_shapes import FIBRES
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.shells.directors import Directors
 from kanefe_fem.shells.problem import ShellCells
@@ -36,26 +38,20 @@ ACROSS = 1e-3
 """Sine of the least angle between a line and the local z of its section, rad."""
 
 
-class _Station:
-    """Fields of the lines at one point of quadrature."""
+class Station:
+    """Fields of lines with beams at one point of them."""
 
-    def __init__(self, lines: StiffenerLines, xi: float, weight: float) -> None:
-        element = shape("line3")
-        N, slope = element.values(np.array([[xi]]))[0], element.gradients(np.array([[xi]]))[0, :, 0]
-        along = np.einsum("n,mni->mi", slope, lines.places + lines.arms)
-        length = np.linalg.norm(along, axis=1)
-        self.weight = weight * length
-        e_x = along / length[:, None]
-        e_y = np.cross(np.einsum("n,mni->mi", N, lines.upright), e_x)
-        size = np.linalg.norm(e_y, axis=1)
-        if size.min() < ACROSS:
-            place = lines.places[size.argmin()].mean(axis=0).round(6).tolist()
+    def __init__(self, places: np.ndarray, ribs: Ribs, xi: float, weight: float = 1.0) -> None:
+        element, at = shape("line3"), np.array([[xi]])
+        N, slope = element.values(at)[0], element.gradients(at)[0, :, 0]
+        self.axes, length, sine = axes_along(places + ribs.arms, ribs.upright, xi)
+        if sine.min() < ACROSS:
+            place = places[sine.argmin()].mean(axis=0).round(6).tolist()
             raise ModelError(f"a stiffener at {place} m is along the local z of its section. Remedy: orientation=")
-        e_y /= size[:, None]
-        self.axes = np.stack((e_x, e_y, np.cross(e_x, e_y)), axis=1)  # rows
-        self.u, self.theta = _motion(N, lines.arms)
+        self.weight = weight * length
+        self.u, self.theta = _motion(N, ribs.arms)
         self.slope = slope / length[:, None]
-        self.du, self.dtheta = (motion / length[:, None, None] for motion in _motion(slope, lines.arms))
+        self.du, self.dtheta = (motion / length[:, None, None] for motion in _motion(slope, ribs.arms))
 
     @property
     def strains(self) -> np.ndarray:
@@ -131,10 +127,18 @@ class StiffenerLines:
         beside = np.linalg.norm(self.arms, axis=2)
         return f"{self.stiffener.section!r}, axis {beside.min():.4g} to {beside.max():.4g} m off"
 
-    def stations(self, purpose: str) -> list[_Station]:
+    @property
+    def ribs(self) -> Ribs:
+        """What stresses and pictures need of it."""
+        fibres = self.stiffener.section.fibres_of(self.stiffener.material)
+        outline = np.zeros((FIBRES, 3)) if fibres is None else fibres
+        of_line = np.zeros(len(self.nodes), dtype=np.int64)
+        return Ribs(self.arms, self.upright, of_line, self.section_stiffness[None], outline[None])
+
+    def stations(self, purpose: str) -> list[Station]:
         """Return the points of quadrature for "stiffness" or "mass"."""
         x, w = np.polynomial.legendre.leggauss(STATIONS[purpose])
-        return [_Station(self, 0.5 * (1.0 + xi), 0.5 * weight) for xi, weight in zip(x, w, strict=True)]
+        return [Station(self.places, self.ribs, 0.5 * (1.0 + xi), 0.5 * v) for xi, v in zip(x, w, strict=True)]
 
     def assembled(self, blocks: np.ndarray, count: int) -> sp.csr_matrix:
         """Return matrices of the lines (m, 18, 18) as one over the components of `count` nodes."""
@@ -206,6 +210,18 @@ class StiffenerLines:
         columns = np.broadcast_to(self._dofs[:, None], blocks.shape).ravel()
         rows = np.repeat(np.arange(3 * len(blocks)), 18)
         return sp.csr_matrix((blocks.ravel(), (rows, columns)), shape=(3 * len(blocks), 6 * count))
+
+
+def ribs_together(lines: Sequence[StiffenerLines]) -> Ribs:
+    """Return the stiffeners of a shell as one record."""
+    own = [one.ribs for one in lines]
+    return Ribs(
+        np.concatenate([one.arms for one in own]),
+        np.concatenate([one.upright for one in own]),
+        np.repeat(np.arange(len(own)), [len(one.of_line) for one in own]),
+        np.concatenate([one.stiffness for one in own]),
+        np.concatenate([one.fibres for one in own]),
+    )
 
 
 def stiffener_lines(

@@ -41,7 +41,8 @@ class StressField(Protocol):
         """Return the stress at the nodes (r, n, 6), xx, yy, zz, yz, xz, xy, Pa, of coordinates (r, k).
 
         For m beams, the stress of p fibres around their sections, at both ends of each, (r, m 2 p, 6); for a shell that
-        at its bottom and then at its top, at each of its places, (r, 2 P, 6).
+        at its bottom and then at its top, at each of its places, (r, 2 P, 6), then those of the skin of solids and of
+        the fibres of beams in one mesh with it.
         """
         ...
 
@@ -90,9 +91,7 @@ def _stresses(skin: Skin, stress: StressField, rows: np.ndarray) -> np.ndarray:
     if skin.arms is None:
         return found[:, skin.nodes]
     if skin.pieces == 1:
-        # solids in one mesh with a shell have none
-        more = np.full((len(rows), len(skin.points) - found.shape[1], 6), np.nan)
-        return np.concatenate((found, more), axis=1)
+        return found
     start, end = np.moveaxis(found.reshape(len(rows), -1, 1, 2, skin.fibres, 6), 3, 0)
     share = (np.arange(skin.pieces)[:, None] + np.arange(2))[:, :, None, None] / skin.pieces  # along each element
     return np.asarray((1.0 - share) * start[:, :, :, None] + share * end[:, :, :, None]).reshape(len(rows), -1, 6)

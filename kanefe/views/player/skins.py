@@ -2,7 +2,7 @@
 
 The points of a solid are nodes. A shell is drawn with its thickness. A beam is drawn with the outline of its sections
 if it is known, else as boxes with the same axial and bending stiffness, as far as rectangles can have it (see
-`equivalent_sides`). Nodes without cells are drawn as small octahedra.
+`kanefe.fe_model.ribs.equivalent_sides`). Nodes without cells are drawn as small octahedra.
 """
 
 from __future__ import annotations
@@ -13,17 +13,18 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
+from kanefe.fe_model.drawn_shell import drawn_shell, tubes
 from kanefe.fe_model.model import Cells, Elasticity
+from kanefe.fe_model.ribs import CORNERS, outlines
 from kanefe.fe_model.shapes import is_supported
 from kanefe.fe_model.shapes import shape as element
 from kanefe.fe_model.skin import skin as outside
-from kanefe.fe_model.thick_shell import thick_skin
+from kanefe.fe_model.thick_shell import ThickShell, thick_skin
 from kanefe.results.body_shape import BodyShape
-from kanefe.views.player.creases import SMOOTH
+from kanefe.views.player.creases import SMOOTH, shaded
 
 if TYPE_CHECKING:
     from kanefe.bodies.exact.beam_line import BeamLine
-    from kanefe.fe_model.shell_stack import ShellStack
 
 THIN = 0.01
 """Side of a beam with unknown section, and size of a node without cells, relative to the body's size."""
@@ -55,7 +56,6 @@ _RIMS: dict[str, tuple[int, ...]] = {
 }
 """Nodes around a facet."""
 
-_CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
 _TIPS = np.array([(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], dtype=float)
 _OCTAHEDRON = np.array([(0, 2, 4), (2, 1, 4), (1, 3, 4), (3, 0, 4), (2, 0, 5), (1, 2, 5), (3, 1, 5), (0, 3, 5)])
 
@@ -137,28 +137,12 @@ def skin_of(shape: Meshed) -> Skin:
         if is_supported(block.kind):
             blocks[element(block.kind).dimension].append(block)
     lines, facets = blocks[1], [*blocks[2], *outside(blocks[3])]
-    stack = shape.elasticity.shell if shape.elasticity is not None else None
-    if stack is not None:
-        thick = thick_skin(blocks[2], stack)
-        return replace(
-            _of_facets(shape.nodes[thick.nodes] + thick.arms, thick.cells), nodes=thick.nodes, arms=thick.arms
-        )
+    known = shape.elasticity
+    if known is not None and known.shell is not None:
+        return _of_shell(shape.nodes, shape.cells, known, thick_skin(blocks[2], known.shell))
     if facets:
         return _of_facets(shape.nodes, facets)
     return _of_beams(shape, lines) if lines else _of_nodes(shape.nodes)
-
-
-def equivalent_sides(stretch: np.ndarray, about_y: np.ndarray, about_z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the sides along y and z of rectangles with given axial (N) and bending stiffness (N m2).
-
-    From ``EI_z = EA h_y^2 / 12`` and the same about y.
-
-    Examples
-    --------
-    >>> [float(side.round(12)) for side in equivalent_sides(np.array(6.0), np.array(4.5), np.array(2.0))]
-    [2.0, 3.0]
-    """
-    return np.sqrt(12.0 * about_z / stretch), np.sqrt(12.0 * about_y / stretch)
 
 
 def _of_facets(nodes: np.ndarray, facets: Sequence[Cells]) -> Skin:
@@ -173,43 +157,55 @@ def _of_facets(nodes: np.ndarray, facets: Sequence[Cells]) -> Skin:
     return Skin(used, None, nodes[used], np.concatenate(triangles), edges)
 
 
-def _of_shell(nodes: np.ndarray, blocks: dict[int, list[Cells]], stack: ShellStack) -> Skin:
-    """Return the skin of a shell with its thickness, and after it that of solids in one mesh with it."""
-    thick, solids = thick_skin(blocks[2], stack), outside(blocks[3])
-    own = np.unique(np.concatenate([np.zeros(0, dtype=int), *(block.nodes.ravel() for block in solids)]))
-    moving = np.concatenate((thick.nodes, own))
-    arms = np.concatenate((thick.arms, np.zeros((len(own), 3))))
-    after = [Cells(block.kind, len(thick.nodes) + np.searchsorted(own, block.nodes)) for block in solids]
-    return replace(_of_facets(nodes[moving] + arms, [*thick.cells, *after]), nodes=moving, arms=arms)
+def _of_shell(nodes: np.ndarray, cells: Sequence[Cells], known: Elasticity, thick: ThickShell) -> Skin:
+    """Return the skin of a shell with its thickness, and after it those of solids and beams in one mesh with it."""
+    solids = outside([block for block in cells if element(block.kind).dimension == 3])
+    drawn = drawn_shell(nodes, cells, known.ribs, thick, solids)
+    points = nodes[drawn.nodes] + drawn.arms
+    facets = _of_facets(points, drawn.cells)
+    skin = replace(facets, nodes=drawn.nodes, arms=drawn.arms, points=points)
+    if not len(drawn.ends):
+        return skin
+    triangles, lines, seen = _tubes(points[drawn.first :], drawn.ends, drawn.fibres)
+    return replace(
+        skin,
+        triangles=np.concatenate((skin.triangles, drawn.first + triangles)),
+        lines=np.concatenate((skin.lines, drawn.first + lines)),
+        creases=np.concatenate((shaded(points, skin.triangles).creases, drawn.first + seen)),
+    )
 
 
 def _of_beams(shape: Meshed, blocks: list[Cells]) -> Skin:
     ends, places = np.concatenate([block.nodes[:, :2] for block in blocks]), shape.nodes
-    axes, outlines = _sections(shape, ends)
+    axes, around = _sections(shape, ends)
     line: BeamLine | None = getattr(shape, "line", None)
     if line is not None:
         places = _fine(line, np.zeros((1, line.count)))[1][0]
         ends = np.column_stack((np.arange(len(places) - 1), np.arange(1, len(places))))
-        axes, outlines = (np.repeat(of, PIECES, axis=0) for of in (axes, outlines))
-    count = outlines.shape[1]
-    across = np.einsum("cxa,cka->ckx", axes[:, :, 1:], outlines)  # (cells, points, 3)
+        axes, around = (np.repeat(of, PIECES, axis=0) for of in (axes, around))
+    count = around.shape[1]
+    across = np.einsum("cxa,cka->ckx", axes[:, :, 1:], around)  # (cells, points, 3)
     arms = np.concatenate((across, across), axis=1).reshape(-1, 3)
     nodes = np.repeat(ends, count, axis=1).ravel()
+    pieces = 1 if line is None else PIECES
+    return Skin(nodes, arms, places[nodes] + arms, *_tubes(places[nodes] + arms, ends, count), count, pieces)
+
+
+def _tubes(points: np.ndarray, ends: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return triangles, lines and those that are seen of straight beams with `count` points around each end."""
+    sides, caps = tubes(len(ends), count)
+    first = 2 * count * np.arange(len(ends))[:, None, None]
+    triangles = np.concatenate((sides[:, [0, 1, 2]], sides[:, [0, 2, 3]], caps))
     around = np.arange(count)
     after = np.roll(around, -1)
-    sides = np.column_stack((around, after, after + count, around + count))
-    fan = np.column_stack((np.zeros(count - 2, dtype=int), around[1:-1], around[2:]))
-    piece = np.concatenate((sides[:, [0, 1, 2]], sides[:, [0, 2, 3]], fan[:, ::-1], fan + count))
-    first = 2 * count * np.arange(len(ends))[:, None, None]
     rings = np.concatenate([np.column_stack((around, after)) + start for start in (0, count)])
-    corners = around[_turns(outlines[0])]
+    corners = around[_turns(points[:count])]
     along = np.column_stack((corners, corners + count))
     lines = (first + np.concatenate((rings, along))).reshape(-1, 2)
-    is_last = np.bincount(ends.ravel(), minlength=len(places)) == 1
-    seen = (nodes[lines[:, 0]] != nodes[lines[:, 1]]) | is_last[nodes[lines[:, 0]]]
-    triangles = (first + piece).reshape(-1, 3)
-    pieces = 1 if line is None else PIECES
-    return Skin(nodes, arms, places[nodes] + arms, triangles, lines, lines[seen], count, pieces)
+    of_points = np.repeat(ends, count, axis=1).ravel()
+    is_last = np.bincount(ends.ravel())[of_points] == 1
+    seen = (of_points[lines[:, 0]] != of_points[lines[:, 1]]) | is_last[lines[:, 0]]
+    return triangles, lines, lines[seen]
 
 
 def _fine(line: BeamLine, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -223,7 +219,7 @@ def _fine(line: BeamLine, eta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _turns(outline: np.ndarray) -> np.ndarray:
-    """Return a mask (p,) of the corners among the points (p, 2) of an outline."""
+    """Return a mask (p,) of the corners among the points (p, 2) or (p, 3) of an outline."""
     before, after = outline - np.roll(outline, 1, axis=0), np.roll(outline, -1, axis=0) - outline
     lengths = np.linalg.norm(before, axis=1) * np.linalg.norm(after, axis=1)
     return np.asarray((before * after).sum(axis=1) < SMOOTH * lengths)
@@ -235,23 +231,14 @@ def _sections(shape: Meshed, ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     known = shape.elasticity
     if known is not None and known.axes is not None and len(known.axes) == len(ends):
         stiffness = np.diagonal(known.table, axis1=1, axis2=2)[known.of_cell]
-        with np.errstate(all="ignore"):
-            sides = 0.5 * np.column_stack(equivalent_sides(stiffness[:, 0], stiffness[:, 4], stiffness[:, 5]))
-        is_known = np.isfinite(sides) & (sides > 0.0) & (sides < size)
-        boxes = _CORNERS * np.where(is_known, sides, 0.5 * THIN * size)[:, None]
-        if known.fibres is None:
-            return known.axes, boxes
-        outlines = known.fibres[known.of_cell]
-        share = (4.0 / outlines.shape[1] * np.arange(outlines.shape[1]))[:, None]
-        corner, rest = share.astype(int).ravel(), share - np.floor(share)
-        boxes = (1.0 - rest) * boxes[:, corner % 4] + rest * boxes[:, (corner + 1) % 4]
-        return known.axes, np.where(outlines[:, :, 2:] > 0.0, outlines[:, :, :2], boxes)
+        fibres = None if known.fibres is None else known.fibres[known.of_cell]
+        return known.axes, outlines(stiffness, fibres, size, THIN)
     along = shape.nodes[ends[:, 1]] - shape.nodes[ends[:, 0]]
     along /= np.maximum(np.linalg.norm(along, axis=1), 1e-300)[:, None]
     helper = np.where(np.abs(along[:, 2:]) < 0.9, np.array((0.0, 0.0, 1.0)), np.array((0.0, 1.0, 0.0)))
     y = np.cross(helper, along)
     y /= np.linalg.norm(y, axis=1)[:, None]
-    boxes = np.repeat(_CORNERS[None] * 0.5 * THIN * size, len(ends), axis=0)
+    boxes = np.repeat(CORNERS[None] * 0.5 * THIN * size, len(ends), axis=0)
     return np.stack((along, y, np.cross(along, y)), axis=-1), boxes
 
 

@@ -235,9 +235,9 @@ class TestBadInput:
             fields.stress_at_cells("middle")
 
     def test_too_large_a_table_is_refused_by_its_size(self, monkeypatch):
-        from kanefe_fem.recovery import recovery
+        from kanefe_fem.recovery import fields_at_times
 
-        monkeypatch.setattr(recovery, "LARGEST_TABLE", 1000)
+        monkeypatch.setattr(fields_at_times, "LARGEST_TABLE", 1000)
         fields = recovered(fields_of(mesh_of("tetra", 1), np.zeros((36, 3, 1))), np.ones((1, 1)))
         with pytest.raises(kf.ModelError, match=r"GiB.*times="):
             fields.stress_at_nodes()
