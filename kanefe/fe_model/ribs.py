@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.fe_model.shapes import shape
 
 NODES = np.array([0.0, 1.0, 0.5])
-"""Where the three nodes of a line are along it."""
+"""Places of the three nodes of a line, relative to its length."""
 
 CORNERS = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)], dtype=float)
 """Corners of a section as a box, in halves of its sides along y and z."""

@@ -22,7 +22,7 @@ HOLDERS = (kf.System, kf.Result, kf.Instant, kf.Linearisation, kf.Frame, Flexibl
 OTHERS = {
     *("f", "mbs", "step", "loadVectorUserFunction", "DoStepDynamics"),
     *("stress", "stresses", "stiffness", "mass", "damping", "stress_stiffness", "geometric_stiffness", "added_mass"),
-    *("stress_in_layer", "shell_forces", "gauge"),  # methods of what `recover` gives
+    *("stress_in_layer", "shell_forces", "section_forces", "fibre_stress", "gauge"),  # methods of what `recover` gives
 }
 """What functions of users, and of other programs, are called in these tables."""
 

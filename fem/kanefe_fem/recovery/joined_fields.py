@@ -28,8 +28,11 @@ from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.shell_points import ShellStrains
 from kanefe_fem.recovery.strain_fields import CHUNK, Place, StrainFields, Tensor
 
+TENSORS = ("stress", "strain")
+"""Fields with six components."""
+
 NO_MATERIAL = -1
-"""Row of no material, of which no cell is."""
+"""Number of a material that no cell has."""
 
 _KEPT: WeakKeyDictionary[FlexibleBody | BodyShape, tuple[RibFields | None, StrainFields | None]] = WeakKeyDictionary()
 
@@ -199,7 +202,10 @@ class JoinedFields(ShellStrainFields):
 
     def faces_of(self, eta: np.ndarray) -> np.ndarray:
         """Return the stress in G at the points by which the body is drawn, (r, points, 6)."""
-        return self._with_others(super().faces_of(eta), eta, "stress", self._on_skin)
+        parts = [super().faces_of(eta)]
+        if self.solid is not None:
+            parts.append(self.solid.evaluate("stress", "nodes", eta)[:, self._on_skin])
+        return np.concatenate([*parts, self._of_fibres("stress", eta)], axis=1)
 
     def drawn(self) -> DrawnShell:
         """Return the points and cells of a picture."""
@@ -221,24 +227,24 @@ class JoinedFields(ShellStrainFields):
             found.append(reduce(worst, [worst.reduce(one, axis=0) for one in of_times])[used])
         return np.concatenate(found)
 
-    def scalar_in_plies(self, quantity: str, eta: np.ndarray) -> list[np.ndarray]:
-        """Return a scalar at both ends of the plies, then of solids, then of beams, at the points of files."""
-        of_solids = self._of_solid(quantity, eta)[0, self._in_solids]
-        return [*super().scalar_in_plies(quantity, eta), of_solids, self._of_fibres(quantity, eta)[0]]
+    def in_plies(self, quantities: Sequence[str], eta: np.ndarray) -> dict[str, np.ndarray]:
+        """Return fields at both ends of the plies, then in solids, then in beams, at the points of files.
 
-    def tensor_in_plies(self, what: Tensor, eta: np.ndarray) -> list[np.ndarray]:
-        """Return the same of a field in G; strains of beams are NaN."""
-        beside = self._with_others(np.zeros((1, 0, 6)), eta, what, self._in_solids)
-        return [*super().tensor_in_plies(what, eta), beside[0]]
+        Failure indices are those of the shell alone, and beams have no strain field: NaN elsewhere.
+        """
+        found, used = super().in_plies(quantities, eta), nodes_of(() if self.solid is None else self.solid.cells)
+        known = [name for name in quantities if name not in FAILURES]
+        of_solids = {} if self.solid is None else self.solid.several(known, "nodes", eta)
+        for name, of_shell in found.items():
+            size = of_shell.shape[1:]
+            own = of_solids[name][0, used] if name in of_solids else np.full((len(used), *size), np.nan)
+            found[name] = np.concatenate((of_shell, own, self._of_fibres(name, eta)[0]))
+        return found
 
     @property
     def _at_once(self) -> int:
         """Number of times whose values are computed at once."""
         return max(1, CHUNK // (6 * len(self.nodes)))
-
-    @property
-    def _in_solids(self) -> np.ndarray:
-        return nodes_of(() if self.solid is None else self.solid.cells)
 
     @property
     def _on_skin(self) -> np.ndarray:
@@ -251,18 +257,12 @@ class JoinedFields(ShellStrainFields):
         return self.solid.scalar(quantity, "nodes", eta, row)
 
     def _of_fibres(self, quantity: str, eta: np.ndarray, row: int | None = None) -> np.ndarray:
-        """Return a scalar of the fibres by which beams are drawn, (T, points): NaN for failure indices."""
+        """Return a field of the fibres by which beams are drawn, (T, points) or (T, points, 6); NaN if not known."""
         if self.ribs is None:
-            return np.zeros((len(eta), 0))
+            return np.zeros((len(eta), 0, 6) if quantity in TENSORS else (len(eta), 0))
+        if quantity == "stress":
+            return self.ribs.drawn_tensors(eta)
         stress = self.ribs.drawn(eta, row)
-        return UNIAXIAL[quantity](stress) if quantity in UNIAXIAL else np.full(stress.shape, np.nan)
-
-    def _with_others(self, found: np.ndarray, eta: np.ndarray, what: Tensor, used: np.ndarray) -> np.ndarray:
-        """Return a field at points (r, p, 6), then at nodes of the solids, then in the fibres of beams."""
-        parts = [found]
-        if self.solid is not None:
-            parts.append(self.solid.evaluate(what, "nodes", eta)[:, used])
-        if self.ribs is not None:
-            drawn = self.ribs.drawn_tensors(eta)
-            parts.append(drawn if what == "stress" else np.full(drawn.shape, np.nan))
-        return np.concatenate(parts, axis=1)
+        if quantity in UNIAXIAL:
+            return UNIAXIAL[quantity](stress)
+        return np.full((*stress.shape, 6) if quantity in TENSORS else stress.shape, np.nan)

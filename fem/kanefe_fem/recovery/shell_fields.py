@@ -7,7 +7,7 @@ those across it, 13 and 23, balance the growth of bending through the thickness
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -126,17 +126,24 @@ class ShellStrainFields(StrainFields):
             )
         return FAILURES[quantity](self._turned(stress, level), self.stack.strengths[level.layer])
 
-    def scalar_in_plies(self, quantity: str, eta: np.ndarray) -> list[np.ndarray]:
-        """Return a scalar of coordinates (1, k) at the bottom and the top of each ply, at the places (P,)."""
-        points, parts = self.shell.at_places, self.shell.strains("nodes", eta)
-        levels = self._ends_of_plies(points)
-        return [self._scalar_of(quantity, self.stress(points, parts, level), level)[0] for level in levels]
+    def in_plies(self, quantities: Sequence[str], eta: np.ndarray) -> dict[str, np.ndarray]:
+        """Return scalars, "stress" and "strain" of coordinates (1, k) at the bottom and the top of each ply.
 
-    def tensor_in_plies(self, what: Tensor, eta: np.ndarray) -> list[np.ndarray]:
-        """Return the same of a field in G, (P, 6)."""
+        In order of these and of the places: (ends P,) of scalars, (ends P, 6) of tensors, in G.
+        """
         points, parts = self.shell.at_places, self.shell.strains("nodes", eta)
-        levels = self._ends_of_plies(points)
-        return [self._in_G(what, points, self.at_level(what, points, parts, level))[0] for level in levels]
+        found: dict[str, list[np.ndarray]] = {name: [] for name in quantities}
+        for level in self._ends_of_plies(points):
+            stress = self.stress(points, parts, level)
+            for name in quantities:
+                if name == "strain":
+                    value = self._in_G("strain", points, self.at_level("strain", points, parts, level))
+                elif name == "stress":
+                    value = self._in_G("stress", points, stress)
+                else:
+                    value = self._scalar_of(name, stress, level)
+                found[name].append(value[0])
+        return {name: np.concatenate(values) for name, values in found.items()}
 
     def _ends_of_plies(self, points: Points) -> list[Level]:
         return [self.in_ply(points, ply, share) for ply in range(self.stack.most_layers) for share in (0.0, 1.0)]

@@ -7,7 +7,7 @@ displacements instead.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Literal
 from weakref import WeakKeyDictionary
@@ -136,6 +136,15 @@ class StrainFields:
     def scalar(self, quantity: str, at: Place, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return a scalar of the stress, shape (T, n) or (T, cells), from coordinates (T, k)."""
         return SCALARS[quantity](self.evaluate("stress", at, eta, material))
+
+    def several(
+        self, quantities: Sequence[str], at: Place, eta: np.ndarray, material: int | None = None
+    ) -> dict[str, np.ndarray]:
+        """Return scalars, "stress" and "strain" by their names; the stress is evaluated once."""
+        tensors: tuple[Tensor, ...] = ("stress", "strain")
+        asked = {"stress" if name in SCALARS else name for name in quantities}
+        found = {what: self.evaluate(what, at, eta, material) for what in tensors if what in asked}
+        return {name: found[name] if name in found else SCALARS[name](found["stress"]) for name in quantities}
 
     def modes(self, what: Tensor, at: Place, material: int | None = None) -> np.ndarray:
         """Return the field of every unit coordinate, shape (n, 6, k), (cells, 6, k) or (cells, g, 6, k); kept."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -25,34 +25,27 @@ def vtk_arrays(
     material : int, optional
         Row of the table of moduli to which values at nodes are restricted.
     """
-    point_data: dict[str, np.ndarray] = {}
-    cell_data: dict[str, np.ndarray] = {}
-    for quantity in quantities:
-        if quantity in fields.scalars:
-            label = _label(quantity)
-            point_data[label] = fields.scalar(quantity, "nodes", eta, material)[0]
-            cell_data[label] = fields.scalar(quantity, "cells", eta)[0]
-            continue
-        values = fields.evaluate("stress" if quantity == "stress" else "strain", "nodes", eta, material)[0]
-        unit = " [Pa]" if quantity == "stress" else ""
-        for number, component in enumerate(COMPONENTS):
-            point_data[f"{quantity} {component}{unit}"] = values[:, number]
-    return point_data, cell_data
+    at_nodes = fields.several(quantities, "nodes", eta, material)
+    at_cells = fields.several([name for name in quantities if name in fields.scalars], "cells", eta)
+    of_nodes, of_cells = ({name: value[0] for name, value in own.items()} for own in (at_nodes, at_cells))
+    return _titled(of_nodes), _titled(of_cells)
 
 
 def shell_vtk_arrays(fields: ShellStrainFields, eta: np.ndarray, quantities: Sequence[str]) -> dict[str, np.ndarray]:
-    """Return arrays of the points of `kanefe.fe_model.thick_shell.layered`, for modal coordinates (1, k)."""
-    found: dict[str, np.ndarray] = {}
-    for quantity in quantities:
-        if quantity in fields.scalars:
-            found[_label(quantity)] = np.concatenate(fields.scalar_in_plies(quantity, eta))
+    """Return arrays of the points of a shell's layers and of what is beside it, for modal coordinates (1, k).
+
+    See `kanefe.fe_model.drawn_shell`.
+    """
+    return _titled(fields.in_plies(quantities, eta))
+
+
+def _titled(found: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return scalars and the components of tensors by their titles, with units."""
+    titled: dict[str, np.ndarray] = {}
+    for name, values in found.items():
+        if values.ndim == 1:
+            titled[f"{name.replace('_', ' ')} [{'1' if name in FAILURES else 'Pa'}]"] = values
             continue
-        unit = " [Pa]" if quantity == "stress" else ""
-        values = np.concatenate(fields.tensor_in_plies("stress" if quantity == "stress" else "strain", eta))
-        found |= {f"{quantity} {component}{unit}": values[:, i] for i, component in enumerate(COMPONENTS)}
-    return found
-
-
-def _label(quantity: str) -> str:
-    """Return the name of an array of a scalar, with its unit."""
-    return f"{quantity.replace('_', ' ')} [{'1' if quantity in FAILURES else 'Pa'}]"
+        unit = " [Pa]" if name == "stress" else ""
+        titled |= {f"{name} {component}{unit}": values[:, i] for i, component in enumerate(COMPONENTS)}
+    return titled

@@ -73,4 +73,5 @@ def energy_of_moments(
 def block_diagonal(blocks: np.ndarray) -> sp.csr_matrix:
     """Return a sparse matrix with these blocks (m, k, k) on its diagonal."""
     count = np.arange(len(blocks) + 1)
-    return sp.bsr_matrix((blocks, count[:-1], count)).tocsr()
+    size = len(blocks) * blocks.shape[1]
+    return sp.bsr_matrix((blocks, count[:-1], count), shape=(size, size)).tocsr()

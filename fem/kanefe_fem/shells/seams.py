@@ -251,21 +251,22 @@ def _both(
 ) -> Seams:
     """Return edges and surfaces together; nodes of surfaces come first."""
     kept = np.flatnonzero(~np.isin(fitted.nodes, laid))
-    held = np.zeros((len(laid) + len(kept), 6, 6))
+    count, first = len(laid) + len(kept), len(laid)
+    # tilt about the axes that the directors at a node define; the rotation about a single one stays its own
+    squares, axes = np.linalg.eigh(fitted.spread[kept])
+    known = squares > 1e-3 * squares[:, -1:]
+    inverse = (axes * np.where(known, 1.0 / np.where(known, squares, 1.0), 0.0)[:, None]) @ axes.swapaxes(1, 2)
+    held = np.zeros((count, 6, 6))
     held[:, range(3), range(3)] = 1.0
-    of_faces = sp.kron(shares[laid], sp.identity(3), format="csr")
-    parts = [sp.vstack((of_faces[3 * i : 3 * i + 3], sp.csr_matrix((3, of_faces.shape[1])))) for i in range(len(laid))]
-    for i, own in enumerate(kept, start=len(laid)):
-        # tilt about the axes that the directors at the node define; the rotation about a single one stays its own
-        squares, axes = np.linalg.eigh(fitted.spread[own])
-        known = squares > 1e-3 * squares[-1]
-        inverse = (axes[:, known] / squares[known]) @ axes[:, known].T
-        held[i, 3:, 3:] = axes[:, known] @ axes[:, known].T
-        rows = slice(3 * own, 3 * own + 3)
-        parts.append(sp.vstack((fitted.displacement[rows], sp.csr_matrix(inverse) @ fitted.turn[rows])))
-    arms = np.zeros((len(held), 3))
-    arms[: len(laid)] = nodes[laid] - shares[laid] @ solid
-    follows = sp.vstack(parts, format="csr")
+    held[first:, 3:, 3:] = (axes * known[:, None]) @ axes.swapaxes(1, 2)
+    own = (3 * kept[:, None] + np.arange(3)).ravel()
+    moved = sp.vstack((sp.kron(shares[laid], sp.identity(3)), fitted.displacement[own]), format="csr")
+    turned = block_diagonal(inverse) @ fitted.turn[own]
+    numbers = np.arange(count)
+    follows = _spread(moved, (6 * numbers[:, None] + np.arange(3)).ravel(), 6 * count)
+    follows = follows + _spread(turned, (6 * numbers[first:, None] + np.arange(3, 6)).ravel(), 6 * count)
+    arms = np.zeros((count, 3))
+    arms[:first] = nodes[laid] - shares[laid] @ solid
     return Seams(np.append(laid, fitted.nodes[kept]), held, follows, arms, fitted.edges, faces, fitted.on_solid)
 
 
