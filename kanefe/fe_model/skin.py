@@ -9,6 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.cut_facets import tell_cut
 from kanefe.fe_model.interface import Interface, as_interface
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel, NodeGroup
 from kanefe.fe_model.places import PlaceLike, contained
@@ -86,12 +87,14 @@ def facets_at(
     Of a shell the surface itself comes first, then its edges, then the lines between its cells.
     """
     inside = contained(nodes, place, label)
-    if not is_shell:
-        return _inside(skin(cells), inside)
-    surfaces = _surfaces(cells)
-    solids = [block for block in cells if shape(block.kind).dimension == 3]
-    found = _inside((*skin(solids), *surfaces), inside) or _inside(skin(surfaces), inside)
-    return found or sides_at(nodes, cells, place, label)
+    surfaces = _surfaces(cells) if is_shell else ()
+    faces = (
+        (*skin([block for block in cells if shape(block.kind).dimension == 3]), *surfaces) if is_shell else skin(cells)
+    )
+    found = _inside(faces, inside)
+    if found:
+        tell_cut(nodes, faces, inside, place, label)
+    return found or (_inside(skin(surfaces), inside) or sides_at(nodes, cells, place, label) if is_shell else ())
 
 
 def sides_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str) -> tuple[Cells, ...]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
+from kanefe.fe_model.cut_facets import tell_cut
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.fe_model.places import Place, PlaceLike, contained
@@ -165,6 +166,8 @@ def _chosen(
         raise ModelError(
             f"{mesh.source}: no cell has all its corners in the surface {name!r}, {face.of!r}. Remedy: a larger place"
         )
+    if face.of is not None and not isinstance(face.of, str):
+        tell_cut(np.asarray(mesh.nodes), [block.cells for block in blocks], inside, face.of, f"surface {name!r}")
     return chosen
 
 
