@@ -11,7 +11,7 @@ import contextlib
 import logging
 import threading
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -257,7 +257,15 @@ def compiled_expression(fx: Any, mesh: Any, expression: Any, points: np.ndarray)
 
 def assemble_matrix(fx: Any, form: Any) -> sp.csr_matrix:
     """Assemble a form and return a copy of the matrix."""
-    matrix = fx.petsc.assemble_matrix(form)
+    return assemble_sum(fx, (form,))
+
+
+def assemble_sum(fx: Any, forms: Iterable[Any]) -> sp.csr_matrix:
+    """Return the sum of the matrices of forms on the same spaces, each assembled before the next one is asked for."""
+    matrix = None
+    for form in forms:
+        matrix = fx.petsc.create_matrix(form) if matrix is None else matrix
+        fx.petsc.assemble_matrix(matrix, form)
     matrix.assemble()
     indptr, indices, data = matrix.getValuesCSR()
     csr = sp.csr_matrix((data, indices, indptr), shape=matrix.getSize())

@@ -153,7 +153,7 @@ def shell_model(
         fx = _fenicsx.load()
         with _fenicsx.compiling(fx):
             problems = [ShellProblem(nodes, found, one) for one in given]
-            stiffness = sum(one.in_order_of_nodes(one.stiffness(), count) for one in problems).tocsr()
+            stiffness = sum(one.stiffness(count) for one in problems).tocsr()
     field = mass_field(nodes, found, given)
     model = FiniteElementModel(
         nodes=nodes,

@@ -92,13 +92,14 @@ def _masses(
     points, weights = quadrature(block.cells.kind, DEGREE[block.cells.kind])
     values, gradients = element.values(points), element.gradients(points)
     x, n = nodes[block.cells.nodes], directors.normal[block.sides]
-    tangents = np.einsum("pna,mni->mpai", gradients, x)
-    lifted = np.einsum("pn,mn,pka,mki->mpai", values, height, gradients, n, optimize=True) + tangents
-    director = np.einsum("pn,mni->mpi", values, n)
+    along = np.concatenate(np.moveaxis(gradients, 2, 0))  # derivatives along both edges, at all points
+    tangents, bent = ((along @ field).reshape(len(x), 2, -1, 3) for field in (x, n))
+    tangents += (height @ values.T)[:, None, :, None] * bent
     # the volume between a surface and one a little higher: along the director, not the normal of the cell
-    stretch = np.einsum("mpi,mpi->mp", np.cross(lifted[:, :, 0], lifted[:, :, 1]), director)
+    stretch = np.einsum("mpi,mpi->mp", np.cross(tangents[:, 0], tangents[:, 1]), values @ n)
     scale = density[:, None] * (block.thickness @ values.T) * stretch * weights
-    return np.asarray(np.einsum("mp,pk,pl->mkl", scale, values, values, optimize=True))
+    pairs = np.einsum("pk,pl->pkl", values, values).reshape(len(points), -1)
+    return np.asarray((scale @ pairs).reshape(-1, *2 * values.shape[1:]))
 
 
 def _rows(node: np.ndarray, blocks: np.ndarray, count: int) -> sp.csr_matrix:

@@ -9,7 +9,7 @@ full and the rest by assumed strains (quadrangles) or at fewer points, so that t
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -40,7 +40,7 @@ DEGREES = {"quad9": (5, 3, 3), "triangle6": (4, 2, 1)}
 
 RULES = ("full", "few", "fewest")
 """Names of the rules of `kanefe_fem.shells.forms.energy`. A form with a rule of one point beside another one is summed
-wrongly by FFCx on curved cells, so that each has a form of its own."""
+wrongly by FFCx on curved cells, so that each has a form of its own in triangles."""
 
 FLAT = 1e-9
 """Square of thickness times curvature, dimensionless, below which strains through the thickness are those of plates."""
@@ -135,43 +135,53 @@ class ShellProblem:
         coo = matrix.tocoo()
         return sp.csr_matrix((coo.data, (places[coo.row], places[coo.col])), shape=(6 * count, 6 * count))
 
-    def stiffness(self) -> sp.csr_matrix:
-        """Return K in the order of the space, N/m, N and N m."""
+    def stiffness(self, count: int) -> sp.csr_matrix:
+        """Return K in the order of `count` nodes, N/m, N and N m."""
         ufl = self.fx.ufl
         w, v = ufl.TrialFunction(self.space), ufl.TestFunction(self.space)
-        stiffness = self._energy(w, v)
+        integrated = _fenicsx.assemble_sum(self.fx, self._forms(w, v))
+        stiffness = blocks_at_nodes(integrated, self.nodes_of_space, count)
         if self.element.is_simplex:
-            stiffness = stiffness - self._bubbles(w)
-        else:
-            stiffness = stiffness + sum(moments.T @ forces for moments, forces in self.assumed(v).values())
+            coupling, inner = (self._columns_at_nodes(part, count) for part in self.bubbles(w))
+            return stiffness - coupling.T @ inner
+        for pair in self.assumed(v).values():
+            moments, forces = (self._columns_at_nodes(part, count) for part in pair)
+            stiffness = stiffness + moments.T @ forces
+        return stiffness
+
+    def _columns_at_nodes(self, matrix: sp.csr_matrix, count: int) -> sp.csr_matrix:
+        """Return a matrix whose columns are those of the space with the coordinates of `count` nodes instead."""
+        places = (6 * self.nodes_of_space[:, None] + np.arange(6)).ravel()
+        return sp.csr_matrix((matrix.data, places[matrix.indices], matrix.indptr), shape=(matrix.shape[0], 6 * count))
+
+    def _forms(self, w: Any, v: Any) -> Iterator[Any]:
+        """Yield the forms of the stiffness: those through the thickness for one point of a layer after the other."""
+        yield from self._energy(w, v)
         if self.curved:
             surface = self.surface
             flat = surface.strains(w), surface.strains(v)
             layer, height = self.layer()
             form = self.through_thickness(flat, (surface.at(height, w), surface.at(height, v)), layer)
-            stiffness = stiffness + self.over_layers(form, layer)
-        return stiffness.tocsr()
+            yield from self._at_points(form, layer)
 
-    def _energy(self, w: Any, v: Any) -> sp.csr_matrix:
+    def _energy(self, w: Any, v: Any) -> list[Any]:
+        """Return the compiled forms of the energy, of quadrangles one with all rules: see `RULES`."""
         parts = self.energy(self.surface.strains(w), self.surface.strains(v))
-        return sum(self.matrix(parts[name], rule) for rule, name in enumerate(RULES))
+        integrals = [parts[name] * self.measure(rule) for rule, name in enumerate(RULES)]
+        together = integrals if self.element.is_simplex else [sum(integrals[1:], integrals[0])]
+        return [self.fx.fem.form(one) for one in together]
 
     def energy(self, x: Any, y: Any) -> dict[str, Any]:
         """Return the integrands of the work of the forces of strains x on strains y, by the names of `RULES`."""
         return shell_forms.energy(self.surface, x, y, not self.element.is_simplex)
 
-    def _bubbles(self, w: Any) -> sp.csr_matrix:
-        """Return what a cubic displacement inside each triangle, free of loads, takes from the stiffness."""
-        coupling, inner = self.bubbles(w)
-        return coupling.T @ inner
-
     def bubbles(self, w: Any) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Return the forces of displacements on the bubbles (3 m, N), and the bubbles that balance them, reversed."""
         ufl = self.fx.ufl
         x, y = ufl.TrialFunction(self.bubble_space), ufl.TestFunction(self.bubble_space)
-        own = sp.bsr_matrix(self._energy(x, y), blocksize=(3, 3))
+        own = sp.bsr_matrix(_fenicsx.assemble_sum(self.fx, self._energy(x, y)), blocksize=(3, 3))
         blocks = np.linalg.inv(own.data[np.argsort(own.indices)])
-        coupling = self._energy(w, y)
+        coupling = _fenicsx.assemble_sum(self.fx, self._energy(w, y))
         return coupling, block_diagonal(blocks) @ coupling
 
     @cached_property
@@ -225,14 +235,45 @@ class ShellProblem:
 
     def over_layers(self, form: Any, layer: Any) -> sp.csr_matrix:
         """Return the sum of a form over two points in each layer."""
-        total = None
+        return _fenicsx.assemble_sum(self.fx, self._at_points(form, layer))
+
+    def _at_points(self, form: Any, layer: Any) -> Iterator[Any]:
+        """Yield the form for one point of a layer after the other."""
         for number in range(max(len(section.layers) for section in self.given.sections)):
             for end in (-1.0, 1.0):
                 values = self._of_sections(lambda one, n=number, e=end: _point_of_layer(one, n, e))
                 _fenicsx.put_in_cells(layer, values)
-                added = _fenicsx.assemble_matrix(self.fx, form)
-                total = added if total is None else total + added
-        return total
+                yield form
+
+
+def blocks_at_nodes(matrix: sp.csr_matrix, node: np.ndarray, count: int) -> sp.csr_matrix:
+    """Return a matrix of whole blocks in the order of `count` nodes: as `ShellProblem.in_order_of_nodes`, but quicker.
+
+    Parameters
+    ----------
+    matrix : csr_matrix, shape (6 k, 6 k)
+        Of whole blocks (6, 6), as FEniCSx makes it; not changed.
+    node : ndarray of int, shape (k,)
+        Node of each block.
+    count : int
+    """
+    starts = matrix.indptr[::6] // 36
+    width = np.diff(starts)
+    # pieces of six entries: `upper` is the number of the piece in the first row of each block
+    upper = np.repeat(5 * starts[:-1], width) + np.arange(starts[-1])
+    columns = matrix.indices[6 * upper] // 6
+    places = np.repeat(node, width), node[columns]
+    block = sp.csr_matrix((np.arange(starts[-1]), places), shape=(count, count))  # number of each block, moved
+    own_width = np.diff(block.indptr)
+    beside = np.repeat(own_width, own_width)
+    moved = np.repeat(5 * block.indptr[:-1], own_width) + np.arange(block.nnz)
+    source, column = np.empty((2, 6 * block.nnz), dtype=matrix.indices.dtype)
+    for row in range(6):
+        source[moved + row * beside] = upper[block.data] + row * beside
+        column[moved + row * beside] = 6 * block.indices
+    indptr = np.append(0, np.cumsum(np.repeat(6 * own_width, 6)))
+    indices = (column[:, None] + np.arange(6, dtype=column.dtype)).ravel()
+    return sp.csr_matrix((matrix.data.reshape(-1, 6)[source].ravel(), indices, indptr), shape=(6 * count, 6 * count))
 
 
 def cell_sizes(element: Shape, corners: np.ndarray, normals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
