@@ -53,7 +53,7 @@ class Settings:
 def smallest_body(settings: Settings) -> list[Figure]:
     """Time a body of 25,000 degrees of freedom."""
     runs = [answer_of("fe_process", "body", bar(settings.meshes, "25k"), MODES) for _ in range(settings.rounds)]
-    return [BODY_25K.figure(median([run["cpu"] for run in runs]), _told(runs[-1]))]
+    return [BODY_25K.figure(median([run["cpu"] for run in runs]), told(runs[-1]))]
 
 
 def body_against_peer(settings: Settings) -> list[Figure]:
@@ -70,19 +70,19 @@ def body_against_peer(settings: Settings) -> list[Figure]:
     check_agreement("frequencies", ours["frequencies"], theirs["frequencies"], SAME_FREQUENCIES)
     total = sum(theirs["seconds"].values())
     each = ", ".join(f"{stage} {seconds:.3g} s" for stage, seconds in theirs["seconds"].items())
-    return [AGAINST_PEER.figure(ours["cpu"] / total, f"{_told(ours)}; the peer {total:.3g} s: {each}")]
+    return [AGAINST_PEER.figure(ours["cpu"] / total, f"{told(ours)}; the peer {total:.3g} s: {each}")]
 
 
 def large_body(settings: Settings) -> list[Figure]:
     """Time and memory of a body of 270,000 degrees of freedom."""
     run = answer_of("fe_process", "body", bar(settings.meshes, "270k"), MODES)
-    return [BODY_270K.figure(run["cpu"], _told(run)), MEMORY_270K.figure(run["gigabytes"])]
+    return [BODY_270K.figure(run["cpu"], told(run)), MEMORY_270K.figure(run["gigabytes"])]
 
 
 def largest_body(settings: Settings) -> list[Figure]:
     """Time and memory of a body of 870,000 degrees of freedom."""
     run = answer_of("fe_process", "body", bar(settings.meshes, "870k"), MODES)
-    return [BODY_870K.figure(run["cpu"], _told(run)), MEMORY_870K.figure(run["gigabytes"])]
+    return [BODY_870K.figure(run["cpu"], told(run)), MEMORY_870K.figure(run["gigabytes"])]
 
 
 def matrices(settings: Settings) -> list[Figure]:
@@ -109,7 +109,8 @@ def second_run(settings: Settings) -> list[Figure]:
     return [SECOND_RUN.figure(median([answer["cpu"] for _, answer in runs]), remark)]
 
 
-def _told(run: dict[str, Any]) -> str:
+def told(run: dict[str, Any]) -> str:
+    """Return what a run of `benchmarks.fe_process` took, as text."""
     stages = ", ".join(f"{stage} {seconds:.3g}" for stage, seconds in run["stages"].items())
     return f"{run['dofs']} dofs, {run['cpu']:.3g} s of CPU time, {run['wall']:.3g} s by the clock ({stages})"
 

@@ -1,6 +1,9 @@
 """One run of the finite element side, alone in a process: what a mesh costs in time and in memory.
 
     python -m benchmarks.fe_process body MESH MODES     a Craig-Bampton body from a mesh file, all compiled and imported
+    python -m benchmarks.fe_process shell MESH MODES    the same of a sheet
+    python -m benchmarks.fe_process shell_matrices MESH FILE       K and M of the sheet, for the peer
+    python -m benchmarks.fe_process evaluations SHEET BAR MODES    right-hand sides of both bodies in turn
     python -m benchmarks.fe_process matrices MESH       our matrices and dolfinx's own calls in turn
     python -m benchmarks.fe_process scene MESH MODES    a scene with that body, up to its first time step
 
@@ -12,33 +15,37 @@ from __future__ import annotations
 import json
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from benchmarks.fe_meshes import bar
+from benchmarks.fe_meshes import bar, sheet
 
 E, NU, RHO = 210e9, 0.3, 7850.0
+THICKNESS = 2e-3
 ENDS = {"root": "clamped", "tip": "rigid"}
 
 
 def body(mesh: str, modes: str) -> dict[str, Any]:
     """Return seconds, peak memory and the frequencies of the body with both ends held."""
+    return _timed(bar, mesh, modes)
+
+
+def shell(mesh: str, modes: str) -> dict[str, Any]:
+    """Return the same of a body of a sheet."""
+    return _timed(sheet, mesh, modes)
+
+
+def _timed(kind: Callable[[Path, str], Path], mesh: str, modes: str) -> dict[str, Any]:
     import resource
 
-    import kanefe as kf
-    from kanefe_fem.materials.isotropic import Material
-    from kanefe_fem.solids import body as solid
-
-    steel = Material(E=E, nu=NU, rho=RHO)
-    small = str(bar(Path(mesh).parent, "3k"))
+    small = str(kind(Path(mesh).parent, "3k"))
     start = time.process_time()
-    solid.solid_body(
-        small, steel, ENDS, reduction=kf.CraigBampton(modes=4), cache=False
-    )  # imports, and compiles the forms
+    made(kind, small, 4)  # imports, and compiles the forms
     warm_up = time.process_time() - start
 
     wall, start = time.perf_counter(), time.process_time()
-    arm = solid.solid_body(mesh, steel, ENDS, reduction=kf.CraigBampton(modes=int(modes)), cache=False)
+    arm = made(kind, mesh, int(modes))
     return {
         "cpu": time.process_time() - start,
         "wall": time.perf_counter() - wall,
@@ -48,6 +55,45 @@ def body(mesh: str, modes: str) -> dict[str, Any]:
         "dofs": arm.basis.shape[0],
         "frequencies": held_frequencies(arm),
     }
+
+
+def made(kind: Callable[[Path, str], Path], mesh: str, modes: int) -> Any:
+    """Return the body of a mesh of one of the kinds of `benchmarks.fe_meshes`."""
+    import kanefe as kf
+    from kanefe_fem import Material, shell_body, solid_body
+
+    steel, reduction = Material(E=E, nu=NU, rho=RHO), kf.CraigBampton(modes=modes)
+    if kind is sheet:
+        return shell_body(mesh, steel, ENDS, THICKNESS, reduction, cache=False)
+    return solid_body(mesh, steel, ENDS, reduction=reduction, cache=False)
+
+
+def shell_matrices(mesh: str, path: str) -> dict[str, Any]:
+    """Write K and M of a sheet, its nodes, and which of them are held at either end."""
+    import numpy as np
+
+    from kanefe_fem import Material, shell_model
+
+    model = shell_model(mesh, Material(E=E, nu=NU, rho=RHO), THICKNESS)
+    of = {"K": model.stiffness, "M": model.mass}
+    parts = {f"{name}_{part}": getattr(of[name], part) for name in of for part in ("data", "indices", "indptr")}
+    np.savez(path, nodes=model.nodes, **parts, **{name: model.groups[name].nodes for name in ENDS})
+    return {"dofs": model.size}
+
+
+def evaluations(sheet_file: str, bar_file: str, modes: str) -> dict[str, Any]:
+    """Return the seconds of a right-hand side with a body of a sheet and with one of a bar, in pairs."""
+    from benchmarks.clocks import fill, repeated
+    from benchmarks.engine_scenes import evaluation
+    from benchmarks.work_precision.steel_bar import hinged_bar
+
+    bodies = [made(kind, mesh, int(modes)) for kind, mesh in ((sheet, sheet_file), (bar, bar_file))]
+    sides = [evaluation(hinged_bar(body)) for body in bodies]
+    for side in sides:
+        side()  # loads the kernels
+    counts = [fill(side) for side in sides]
+    pairs = [[repeated(side, count) for side, count in zip(sides, counts, strict=True)] for _ in range(15)]
+    return {"shell": [pair[0] for pair in pairs], "solid": [pair[1] for pair in pairs]}
 
 
 def held_frequencies(arm: Any) -> list[float]:
@@ -133,4 +179,5 @@ def scene(mesh: str, modes: str) -> dict[str, Any]:
 
 
 if __name__ == "__main__":
-    print(json.dumps({"body": body, "matrices": matrices, "scene": scene}[sys.argv[1]](*sys.argv[2:])))
+    parts = (body, shell, shell_matrices, evaluations, matrices, scene)
+    print(json.dumps({part.__name__: part for part in parts}[sys.argv[1]](*sys.argv[2:])))

@@ -12,7 +12,7 @@ from kanefe.fe_model.model import Cells
 from kanefe_fem import Laminate, Material, Oriented, Orthotropic, Ply, axes_at_angle, shell_model
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.shells.directors import directors
-from kanefe_fem.shells.problem import SAGITTA, SHEAR, TURN
+from kanefe_fem.shells.problem import SAGITTA, SHEAR, TURN, blocks_at_nodes
 from kanefe_fem.shells.sections import section
 from shell_meshes import SURFACES, grid
 
@@ -49,6 +49,16 @@ def test_it_equals_the_arrays(surface, material, offset):
     expected = sp.csr_matrix((cells.ravel(), (rows.ravel(), columns.ravel())), shape=model.stiffness.shape)
     # round-off of sums over 9 points and 54 coordinates
     assert np.abs(model.stiffness - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def test_a_matrix_in_blocks_is_moved_to_nodes():
+    rng, node, count = np.random.default_rng(0), np.array([3, 0, 6, 1]), 7  # nodes 2, 4 and 5 are of other cells
+    pattern = sp.csr_matrix(np.array([[1, 1, 0, 0], [1, 1, 0, 1], [0, 0, 1, 1], [0, 1, 1, 1]]))
+    blocks = sp.bsr_matrix((rng.standard_normal((pattern.nnz, 6, 6)), pattern.indices, pattern.indptr)).tocsr()
+    moved = blocks_at_nodes(blocks, node, count)
+    move = sp.kron(sp.csr_matrix((np.ones(4), (node, range(4))), shape=(count, 4)), sp.identity(6))
+    assert moved.has_canonical_format
+    assert np.array_equal(moved.toarray(), (move @ blocks @ move.T).toarray())
 
 
 @pytest.mark.parametrize("kind", ["quad9", "triangle6"])
