@@ -262,7 +262,7 @@ def assemble_matrix(fx: Any, form: Any) -> sp.csr_matrix:
 
 def assemble_sum(fx: Any, forms: Iterable[Any]) -> sp.csr_matrix:
     """Return the sum of the matrices of forms on the same spaces, each assembled before the next one is asked for."""
-    matrix = None
+    matrix: Any = None
     for form in forms:
         matrix = fx.petsc.create_matrix(form) if matrix is None else matrix
         fx.petsc.assemble_matrix(matrix, form)

@@ -151,7 +151,7 @@ class ShellProblem:
 
     def _columns_at_nodes(self, matrix: sp.csr_matrix, count: int) -> sp.csr_matrix:
         """Return a matrix whose columns are those of the space with the coordinates of `count` nodes instead."""
-        places = (6 * self.nodes_of_space[:, None] + np.arange(6)).ravel()
+        matrix, places = matrix.tocsr(), (6 * self.nodes_of_space[:, None] + np.arange(6)).ravel()
         return sp.csr_matrix((matrix.data, places[matrix.indices], matrix.indptr), shape=(matrix.shape[0], 6 * count))
 
     def _forms(self, w: Any, v: Any) -> Iterator[Any]:
