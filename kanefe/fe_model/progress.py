@@ -32,11 +32,14 @@ class Stages:
     ----------
     seconds : dict of str to float
         Time of each stage, s.
+    told : list of str
+        What was told of stages before they were done, such as their time and memory.
     """
 
     def __init__(self, total: int, wanted: bool | None) -> None:
         self.seconds: dict[str, float] = {}
-        self._total, self._done = total, 0
+        self.told: list[str] = []
+        self._total, self._done, self._name = total, 0, ""
         self._wanted = wanted
         self._bar: Any = None
 
@@ -47,6 +50,7 @@ class Stages:
 
     def begin(self, name: str) -> None:
         """Show that a stage begins."""
+        self._name = name
         if self._wanted and self._bar is None:
             layout = "{desc}: {percentage:3.0f}%|{bar}| {n}/{total} stages [{elapsed}]"
             self._bar = progress_bar(
@@ -54,6 +58,11 @@ class Stages:
             )
         if self._bar is not None:
             self._bar.set_description_str(name)
+
+    def tell(self, text: str) -> None:
+        """Show a text beside the name of the stage."""
+        if self._bar is not None:
+            self._bar.set_description_str(f"{self._name}: {text}")
 
     def end(self, name: str, seconds: float) -> None:
         """Show that a stage is done."""
@@ -119,3 +128,12 @@ def report_size(size: int) -> None:
     shown = _shown.get()
     if shown is not None:
         shown.set_size(size)
+
+
+def tell(text: str, *, is_noted: bool = True) -> None:
+    """Show a text beside the name of the stage that runs; also note it in `Stages.told`, unless it soon changes."""
+    shown = _shown.get()
+    if shown is not None:
+        shown.tell(text)
+        if is_noted:
+            shown.told.append(text)
