@@ -66,7 +66,7 @@ def flexible_body(
         Without an interface fixed in G the body floats: its rigid modes are removed, and it needs a free joint.
     reduction : Reduction, optional
         Such as `CraigBampton`. None keeps every degree of freedom; above `LARGEST_DENSE` of them in sparse matrices,
-        as an `UnreducedBody`, for method="generalised-alpha".
+        as an `UnreducedBody`, for method="generalised-alpha" or "hht".
     damping : RayleighDamping, ModalDamping, matrix (N, N) or None
         Acts on the rate of deformation in G. None takes the model's own C, if it has one.
     stiffening : "none", "inertial" or "full"

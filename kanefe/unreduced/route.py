@@ -109,8 +109,8 @@ class UnreducedRoute(LiteralRoute):
         if form is Form.SUBSTRUCTURES:
             return ""
         return (
-            "would need a step for the highest mode of the mesh: an unreduced body is run by 'generalised-alpha'. "
-            "Remedy: that method, or reduction=CraigBampton(modes=20)"
+            "would need a step for the highest mode of the mesh: an unreduced body is run by 'generalised-alpha' or "
+            "'hht'. Remedy: one of these, or reduction=CraigBampton(modes=20)"
         )
 
     def check_dense(self, what: str) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -44,6 +45,11 @@ def no_step(converges: bool, other_remedy: str, component: int | None = None) ->
         f"check loads for jumps or growth without bound there, {other_remedy}",
         component,
     )
+
+
+def doublings(error: float) -> int:
+    """Return how often a step of third order can be doubled that had this error, of 1 allowed."""
+    return max(0, math.floor(math.log2(0.7 / max(error, 1e-9)) / 3))
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.followed_states import FollowedStates
 from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
-from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, no_step, within
+from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, doublings, no_step, within
 from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
 from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
@@ -100,11 +100,13 @@ class UnreducedStepper(PythonStepper):
         Of the method.
     """
 
+    formula = GeneralisedAlpha(SPECTRAL_RADIUS)
+
     def __init__(self, dynamics: Dynamics, start: float, stop: float, control: StepControl, *, name: str) -> None:
         super().__init__(name, dynamics)
         self._model = dynamics.model
         self._scene = cast("UnreducedRoute", dynamics.route)  # its row is taken of no other
-        self._formula = GeneralisedAlpha(SPECTRAL_RADIUS)
+        self._formula = type(self).formula
         self._reach = 1.0 / (control.rtol * large_displacements(self._scene))
         self._start, self._span, self._stop = start, stop - start, stop
         self._halvings, self._states = FIRST_HALVINGS, FollowedStates()
@@ -208,7 +210,7 @@ class UnreducedStepper(PythonStepper):
             except KanefeError as error:  # too far ahead: up to where the equations hold, there are smaller steps
                 no_answer = error
             if end is not None and end.error <= 1.0:
-                more = _doublings(end.error)
+                more = doublings(end.error)
                 if self._is_first and more > 1:  # all sizes can begin at the start: no need to grow one by one
                     self._halvings, self._is_first = max(self._halvings - more, LEAST_HALVINGS), False
                     continue
@@ -246,7 +248,7 @@ class UnreducedStepper(PythonStepper):
 
     def _grow(self, error: float) -> None:
         """Take larger steps when the error has been small for some: only where the larger ones can begin."""
-        wanted = _doublings(error)
+        wanted = doublings(error)
         self._calm = self._calm + 1 if wanted > 0 else 0
         if self._calm < self._patience:
             return
@@ -382,11 +384,6 @@ class UnreducedStepper(PythonStepper):
         if not self._model.constraints or bordered is None:
             return q, u
         return closed_state(self._scene.condensed, t, q, u, bordered[1])
-
-
-def _doublings(error: float) -> int:
-    """Return how often a step of third order can be doubled that had this error, of 1 allowed."""
-    return max(0, math.floor(math.log2(0.7 / max(error, 1e-9)) / 3))
 
 
 METHOD = Method(

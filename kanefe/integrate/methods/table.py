@@ -32,6 +32,7 @@ ROWS: tuple[Method, ...] = (
     generalised_alpha.METHOD,
     generalised_alpha_unreduced.METHOD,
     hht.METHOD,
+    hht.UNREDUCED,
     moreau_jean.METHOD,
     *external.METHODS,
     _sundials.METHOD,
