@@ -16,8 +16,8 @@ from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
 
 NAMES = {"never": "never", "touch": "gap", "lift": "normal", "slip": "slip_margin", "stick": "left_of_slip"}
-COLUMNS = {kind: column(LeastMargins, name) for kind, name in NAMES.items()}
-"""Columns of what happens to rigid contacts."""
+COLUMNS = {kind: column(LeastMargins, name) for kind, name in (NAMES | {"largest": "largest"}).items()}
+"""Columns of what happens to rigid contacts, and of the largest force."""
 
 
 class ContactLook:

@@ -117,7 +117,7 @@ class WatchedEvents(Protocol):
         Number of each such load in the tables of the kernel.
     contact_columns : dict of str to int
         Columns of the margins of rigid contacts, by the events that they lead to, see
-        `kanefe.integrate.events.contact_changes`.
+        `kanefe.integrate.events.contact_changes`, and "largest", that of the largest force.
     """
 
     columns: dict[int, slice]

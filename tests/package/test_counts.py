@@ -35,7 +35,7 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 31702,
+    "kernels": 31790,  # Newton's steps to forces that rigid contacts can share
     "integrate": 11277,
     "linear": 10700,
     "imports": 8930,

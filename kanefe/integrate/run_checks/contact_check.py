@@ -49,13 +49,16 @@ def of_contacts(
     """
     if not model.rigid_contacts or method == STEPS_OVER or not len(times):
         return None
+    entered = max(BEYOND, UNFIT * (rtol or 0.0))
     rows = np.unique(np.linspace(0, len(times) - 1, min(len(times), 2 + int(SHARE * evaluations))).round().astype(int))
     if model.route.watching is not None and model.route.watching.contact_columns:
-        columns = [model.route.watching.contact_columns[kind] for kind in ("touch", "lift", "slip")]
-        least = model.route.watching.values(times[rows], states[rows])[:, columns]
-        rows = rows[least.min(axis=1) < 0.0]  # the others need not be looked at closely
+        columns = [model.route.watching.contact_columns[kind] for kind in ("touch", "lift", "slip", "largest")]
+        gap, normal, slip, largest = model.route.watching.values(times[rows], states[rows])[:, columns].T
+        static = min((model.rigid_contact(k).static for k in range(len(model.rigid_contacts))), default=0.0)
+        is_broken = (gap < -entered * scene_length(model)) | (normal < -BEYOND * largest)
+        rows = rows[is_broken | (slip < -BEYOND * static * largest)]  # the others need not be looked at closely
     for i in rows.tolist():
-        broken = _broken(model, float(times[i]), states[i], max(BEYOND, UNFIT * (rtol or 0.0)))
+        broken = _broken(model, float(times[i]), states[i], entered)
         if broken:
             return RunStatus("failed", float(times[i]), broken, REMEDY)
     return None

@@ -134,6 +134,8 @@ class UnitResponses(RowWork):
         Of rows of contacts: what the normal force alone would do along the row.
     live, spare : ndarray, shape (m,)
         Rows that hold where points touch; workspace.
+    search : ndarray, shape (3, m)
+        Workspace.
     live_count, rank : float
         Of the rows that `share_forces` had in the last evaluation: how many hold (-1: it had none), and their rank.
     """
@@ -151,6 +153,7 @@ class UnitResponses(RowWork):
     plain: Annotated[np.ndarray, Array("m")]
     live: Annotated[np.ndarray, Array("m")]
     spare: Annotated[np.ndarray, Array("m")]
+    search: Annotated[np.ndarray, Array(3, "m")]
     live_count: Annotated[float, One(float)]
     rank: Annotated[float, One(float)]
 
