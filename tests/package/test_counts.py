@@ -51,7 +51,7 @@ ROOMS = {
     "views": 3457,
     "studies": 3433,
     "bodies": 3275,
-    "fe_model": 3610,
+    "fe_model": 3710,
     "environment": 2836,
     "scene": 2816,
     "reduction": 2935,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.storage.watched import long_work
-from kanefe_fem.recovery.scalars import Scalar
+from kanefe_fem.recovery.scalars import FAILURES, Scalar
 from kanefe_fem.recovery.strain_fields import CHUNK, StrainFields
 
 
@@ -26,12 +28,15 @@ class Envelope:
         Time of each value, s.
     positions : ndarray, shape (n, 3) or (cells, 3)
         Positions of the nodes, or of the centres of the cells, in G, m.
+    error_at : callable
+        Function of a node and a time that gives `mesh_error`.
     """
 
     quantity: str
     values: np.ndarray
     times: np.ndarray
     positions: np.ndarray
+    error_at: Callable[[int, float], float]
 
     @property
     def where(self) -> int:
@@ -52,6 +57,23 @@ class Envelope:
     def peak_position(self) -> np.ndarray:
         """Position of the overall extreme, shape (3,), in G, m."""
         return self.positions[self.where]
+
+    @cached_property
+    def mesh_error(self) -> float:
+        """Estimated error of the stress at the overall extreme due to the size of the cells, relative to it.
+
+        By a fit to the best points of the cells around; see `kanefe_fem.recovery.mesh_error`. Where the stress is
+        singular it does not fall as the mesh is refined. NaN of cells, where too few of them are around, in beams, and
+        for elements that give their stresses at nodes.
+        """
+        return self.error_at(self.where, self.peak_time)
+
+    def __str__(self) -> str:
+        """Return the overall extreme in words."""
+        value = f"{self.peak:.3g}" if self.quantity in FAILURES else f"{self.peak / 1e6:.4g} MPa"
+        place = ", ".join(f"{x:.4g}" for x in self.peak_position)
+        error = "not known" if np.isnan(self.mesh_error) else f"about {100.0 * self.mesh_error:.2g} %"
+        return f"{self.quantity} {value} at {self.peak_time:.6g} s, at ({place}) m; error of the mesh {error}"
 
 
 def envelope_of(
@@ -85,4 +107,11 @@ def envelope_of(
         best[better], when[better] = top[better], first + local[better]
     if at == "cells":
         best[~fields.chosen_cells(material)] = np.nan
-    return Envelope(quantity, sign * best, times[when], positions)
+
+    def error_at(node: int, time: float) -> float:
+        own = eta[[int(np.abs(times - time).argmin())]]
+        errors = [patch.error for patch in fields.patches(node, own, material)] if at == "nodes" else []
+        stress = fields.scalar("von_mises", "nodes", own, material)[0, node] if errors else np.nan
+        return max(errors, default=np.nan) / float(stress)
+
+    return Envelope(quantity, sign * best, times[when], positions, error_at)

@@ -7,6 +7,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import Elasticity
 from kanefe.results.body_shape import BodyShape
+from kanefe_fem.recovery.mesh_error import Patch
 from kanefe_fem.recovery.strain_fields import Place, StrainFields, Tensor
 
 
@@ -43,6 +44,10 @@ class GivenStresses(StrainFields):
         if at == "nodes":
             return self.stresses
         return np.concatenate([self.stresses[block.nodes].mean(axis=1) for block in self.cells])
+
+    def patches(self, node: int, eta: np.ndarray, material: int | None = None) -> list[Patch]:
+        """Return none: the stresses of the cells are not known."""
+        return []
 
     def around(self, chosen: np.ndarray) -> tuple[StrainFields, np.ndarray]:
         """Return these stresses themselves."""

@@ -22,6 +22,7 @@ from kanefe.fe_model.shapes import shape
 from kanefe.fe_model.skin import skin
 from kanefe.fe_model.thick_shell import thick_skin
 from kanefe.results.body_shape import BodyShape
+from kanefe_fem.recovery.mesh_error import Patch
 from kanefe_fem.recovery.rib_fields import UNIAXIAL, RibFields
 from kanefe_fem.recovery.scalars import FAILURES, SCALARS
 from kanefe_fem.recovery.shell_fields import ShellStrainFields
@@ -206,6 +207,15 @@ class JoinedFields(ShellStrainFields):
         if self.solid is not None:
             parts.append(self.solid.evaluate("stress", "nodes", eta)[:, self._on_skin])
         return np.concatenate([*parts, self._of_fibres("stress", eta)], axis=1)
+
+    def patches(self, node: int, eta: np.ndarray, material: int | None = None) -> list[Patch]:
+        """Return the stresses around a node; none at nodes of beams, whose error is not known."""
+        part, row = self.part_of(material)
+        has_beams = self.ribs is not None and (part == "beams" or (part is None and not self.is_chosen))
+        if has_beams and self.ribs is not None and (self.ribs.table == node).any():
+            return []
+        of_solid = self.solid is not None and np.isin(node, nodes_of(self.solid.cells))
+        return self.solid.patches(node, eta, row) if of_solid and self.solid else super().patches(node, eta, row)
 
     def drawn(self) -> DrawnShell:
         """Return the points and cells of a picture."""

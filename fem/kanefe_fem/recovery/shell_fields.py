@@ -18,6 +18,7 @@ from kanefe.fe_model.drawn_shell import DrawnShell, drawn_shell
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.fe_model.thick_shell import thick_skin
 from kanefe_fem.materials.voigt import bond_matrix
+from kanefe_fem.recovery.mesh_error import Patch
 from kanefe_fem.recovery.scalars import ACROSS, FAILURES, PLANE, SCALARS
 from kanefe_fem.recovery.shell_points import Points, ShellStrains
 from kanefe_fem.recovery.shell_strains import pulled_back
@@ -183,6 +184,30 @@ class ShellStrainFields(StrainFields):
         points, parts = self.shell.at_places, self.shell.strains("nodes", eta)
         found = [self.stress(points, parts, self._face(points, face)) for face in ("bottom", "top")]
         return np.concatenate([self._in_G("stress", points, one) for one in found], axis=1)
+
+    def patches(self, node: int, eta: np.ndarray, material: int | None = None) -> list[Patch]:
+        """Return the stresses around a node for coordinates (1, k), of each side and section and at each height there.
+
+        Places are in the tangent plane.
+        """
+        places, points, found = self.stack.places, self.shell.at_places, []
+        means = self.shell.strains("nodes", eta)
+        for place in np.flatnonzero((places.node == node) & self._chosen(material)):
+            meeting = np.unique(self.stack.cells[places.of_corners == place])
+            ring = np.unique(places.of_corners[np.isin(self.stack.cells, meeting)])
+            of_section = self.stack.of_cell == places.section[place]
+            cells = np.unique(self.stack.cells[np.isin(places.of_corners, ring) & of_section[self.stack.cells]])
+            where, samples, strains = self.shell.samples(cells, eta)
+            flat = np.zeros(where.shape)
+            flat[:, :2] = (where - self.nodes[node]) @ points.axes[place, :2].T
+            own, mean = Points(*(values[[place]] for values in points)), tuple(m[..., [place], :, :] for m in means)
+            for here, there in zip(self._levels(own), self._levels(samples), strict=True):
+                if here.layer[0] < 0:
+                    continue
+                stress = self._in_G("stress", samples, self.stress(samples, strains, there))[0]
+                at_node = self._in_G("stress", own, self.stress(own, (mean[0], mean[1]), here))[0, 0]
+                found.append(Patch(flat, stress, at_node, 2))
+        return found
 
     def drawn(self) -> DrawnShell:
         """Return the points and cells of a picture."""

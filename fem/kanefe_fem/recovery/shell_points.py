@@ -18,7 +18,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import shape
 from kanefe.fe_model.shell_stack import ShellStack
 from kanefe.results.body_shape import BodyShape
-from kanefe_fem.recovery.cell_strains import centroid
+from kanefe_fem.recovery.cell_strains import centroid, gauss_samples
 from kanefe_fem.recovery.shell_strains import (
     ShellCellData,
     SurfaceStrains,
@@ -164,6 +164,35 @@ class ShellStrains:
         shear = np.concatenate([one.shear.reshape(-1, 2, u.shape[2]) for one in corners])
         shear = np.einsum("qba,qbc->qac", self._to_places, shear)
         return np.moveaxis(self._mean(in_plane), 0, 1), self._mean(shear)
+
+    def samples(self, cells: np.ndarray, eta: np.ndarray) -> tuple[np.ndarray, Points, tuple[np.ndarray, np.ndarray]]:
+        """Return places (p, 3) in m, points and strains (see `strains`) of cells, by number, where strains are best."""
+        u, start, found = np.asarray(self.basis @ eta.T).reshape(len(self.nodes), 6, -1), 0, []
+        for block, data in zip(self.cells, self.data, strict=True):
+            own = cells[(cells >= start) & (cells < start + len(block.nodes))]
+            cell, start = own - start, start + len(block.nodes)
+            if not len(cell):
+                continue
+            part, points = ShellCellData(*(values[cell] for values in data)), gauss_samples(block.kind).points
+            element, count = shape(block.kind), len(points)
+            N = element.values(points)
+            one = surface_strains(block.kind, part, u[block.nodes[cell]], points)
+            axes = axes_on(np.einsum("pna,mni->mpia", element.gradients(points), part.x), part.along)
+            found.append(
+                (
+                    np.einsum("pn,mni->mpi", N, part.x).reshape(-1, 3),
+                    np.repeat(self.stack.of_cell[own], count),
+                    (part.thickness @ N.T).ravel(),
+                    axes.reshape(-1, 3, 3),
+                    one.curvature.reshape(-1, 2, 2),
+                    one.in_plane.reshape(3, -1, 3, len(eta)),
+                    one.shear.reshape(-1, 2, len(eta)),
+                )
+            )
+        places, *rest, in_plane, shear = (
+            np.concatenate(values, axis=int(number == 5)) for number, values in enumerate(zip(*found, strict=True))
+        )
+        return places, Points(*rest), (in_plane, shear)
 
     def _at_corners(self, u: np.ndarray | None) -> list[SurfaceStrains]:
         """Return the strains at the nodes of the cells of each block; without displacements their curvature."""

@@ -22,6 +22,7 @@ from kanefe.fe_model.shapes import is_supported, shape
 from kanefe.fe_model.skin import skin
 from kanefe.results.body_shape import BodyShape
 from kanefe_fem.recovery.cell_strains import centroid, gauss_samples, strains
+from kanefe_fem.recovery.mesh_error import Patch
 from kanefe_fem.recovery.scalars import SCALARS
 
 Tensor = Literal["strain", "stress"]
@@ -159,6 +160,24 @@ class StrainFields:
         if material is None:
             return np.ones(self.cell_count, dtype=bool)
         return self.elasticity.of_cell == material
+
+    def patches(self, node: int, eta: np.ndarray, material: int | None = None) -> list[Patch]:
+        """Return the stresses around a node for coordinates (1, k), of each material there or of one."""
+        ring = np.unique(np.concatenate([b.nodes[(b.nodes == node).any(axis=1)].ravel() for b in self.cells]))
+        part, numbers = self.around(ring)
+        here, u = numbers[np.searchsorted(ring, node)], part.displacements(eta)
+        meeting = np.concatenate([(block.nodes == here).any(axis=1) for block in part.cells])
+        found, own = [], part.elasticity.of_cell
+        for row in np.unique(own[meeting]) if material is None else [material]:
+            places, stresses, order = [], [], 0
+            for kind, cell, table in part._pieces(1, own == row):
+                points = gauss_samples(kind).points if shape(kind).order > 1 else centroid(kind)
+                places.append(np.einsum("pn,mni->mpi", shape(kind).values(points), part.nodes[table]).reshape(-1, 3))
+                stresses.append(part._at_points("stress", kind, cell, table, u, points).reshape(-1, 6))
+                order = max(order, shape(kind).order)
+            mean = part._averaged("stress", u, row)[here, :, 0]
+            found.append(Patch(np.concatenate(places) - part.nodes[here], np.concatenate(stresses), mean, order))
+        return found
 
     def around(self, chosen: np.ndarray) -> tuple[StrainFields, np.ndarray]:
         """Return the fields of only those cells that touch some nodes, and the numbers of these nodes there."""
