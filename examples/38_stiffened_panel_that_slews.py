@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import kanefe as kf
-from kanefe_fem import Material, Rectangle, Stiffener, shell_body, surface_mesh
+from kanefe_fem import Material, Rectangle, Stiffener, recover, shell_body, surface_mesh
 
 aluminium = Material(E=70e9, nu=0.33, rho=2700.0)
 length, width, sheet = 1.6, 0.8, 1.5e-3  # m
@@ -58,6 +58,10 @@ for name, body in bodies.items():
     away = result.position("panel", "corner") - rigid
     swings[name] = 1e3 * (np.sin(turn) * away[:, 0] + np.cos(turn) * away[:, 2])
     turned[name] = turn
+    print(f"  {recover(result, 'panel').envelope()}")
+    if body.provenance.get("stiffeners"):
+        ribs = recover(result, "panel", material="along 2")
+        print(f"  middle rib: {ribs.envelope().peak / 1e6:.2f} MPa, {abs(ribs.section_forces()['My']).max():.3f} N m")
 
 out = Path("out")
 out.mkdir(exist_ok=True)
@@ -71,7 +75,7 @@ for block in body.cells:
     for cell in block.nodes:
         corners = cell[[0, 2, 1]] if block.kind == "line3" else cell[[0, 4, 1, 5, 2, 6, 3, 7, 0]]
         view.plot(*moved[corners].T, color=color, linewidth=size)
-view.set_box_aspect((length, width, 0.4), zoom=1.5)
+view.set_box_aspect((length, width, 0.4), zoom=1.15)
 view.set_axis_off()
 view.set_title(f"first mode, {body.frequencies[0]:.2f} Hz")
 axes = figure.add_subplot(1, 2, 2)

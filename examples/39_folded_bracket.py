@@ -12,6 +12,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 import kanefe as kf
 from kanefe.fe_model.model import Cells
@@ -70,18 +71,27 @@ print("frequencies of the shell beside those of the solid", difference.round(4))
 out = Path("out")
 out.mkdir(exist_ok=True)
 figure = plt.figure(figsize=(9.0, 3.8), layout="constrained")
-edges = {
-    "quad9": (0, 4, 1, 5, 2, 6, 3, 7, 0),
-    "hexahedron27": (0, 8, 1, 9, 2, 10, 3, 11, 0, 16, 4, 12, 5, 13, 6, 14, 7, 15, 4),
+sides = {
+    "quad9": ((0, 1, 2, 3),),
+    "hexahedron27": ((0, 1, 2, 3), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
 }
 for place, (name, body) in enumerate(bodies.items(), start=1):
     view = figure.add_subplot(1, 2, place, projection="3d")
     shape = body.node_displacements(np.eye(body.free_count)[0])
+    shape *= np.sign(shape[np.asarray(body.nodes)[:, 0].argmax(), 2])
     moved = np.asarray(body.nodes) + 0.015 * shape / abs(shape).max()
     for block in body.cells:
-        for cell in block.nodes:
-            view.plot(*moved[cell[list(edges[block.kind])]].T, color="tab:blue", linewidth=0.5)
-    view.set_box_aspect(np.ptp(moved, axis=0), zoom=1.3)
+        corners = block.nodes[:, sides[block.kind]].reshape(-1, 4)
+        view.add_collection3d(
+            Poly3DCollection(moved[corners], facecolor="lightsteelblue", edgecolor="navy", linewidth=0.3)
+        )
+    view.set(
+        **{
+            f"{axis}lim": (ends[0], ends[1])
+            for axis, ends in zip("xyz", np.sort(moved, axis=0)[[0, -1]].T, strict=True)
+        }
+    )
+    view.set_box_aspect(np.ptp(moved, axis=0), zoom=1.15)
     view.set_axis_off()
     view.set_title(f"{name}: {body.mass:.3f} kg, {', '.join(f'{f:.0f}' for f in frequencies[name][:3])} Hz")
 figure.savefig(out / "folded_bracket.png", dpi=120)

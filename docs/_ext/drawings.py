@@ -36,6 +36,7 @@ OWN = {
     "37_fan_blade_of_sheet": "fan_blade.png",
     "38_stiffened_panel_that_slews": "stiffened_panel.png",
     "39_folded_bracket": "folded_bracket.png",
+    "40_composite_flexure": "composite_flexure.png",
 }
 # whose run can be turned with the mouse on its page
 PLAYED = (

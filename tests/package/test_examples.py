@@ -22,6 +22,7 @@ NEED_MESH = {
     "37_fan_blade_of_sheet",
     "38_stiffened_panel_that_slews",
     "39_folded_bracket",
+    "40_composite_flexure",
 }
 LONG = {
     "10_rotating_blade",
@@ -43,6 +44,7 @@ LONG = {
     "37_fan_blade_of_sheet",
     "38_stiffened_panel_that_slews",
     "39_folded_bracket",
+    "40_composite_flexure",
 }
 """Of more than a second."""
 NEED_OTHERS = {
