@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import os
 import threading
 import warnings
 from collections.abc import Callable, Iterable, Iterator
@@ -23,6 +24,7 @@ from kanefe.errors import FileError, MeshError, MissingDependency, outside
 from kanefe.fe_model.shapes import Shape
 from kanefe_fem._petsc import start_mpi
 from kanefe_fem.machine.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
+from kanefe_fem.machine.launcher import check_launcher
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Oldest and newest version of dolfinx with which this file was tested."""
@@ -72,6 +74,23 @@ def load() -> Any:
         versions=versions,
         cache=_own_cache(dolfinx.jit),
     )
+
+
+def world() -> Any:
+    """Return the communicator of all processes that mpirun started; of this one alone without mpirun.
+
+    Raises
+    ------
+    ModelError
+        If mpirun is of another MPI than mpi4py.
+    """
+    start_mpi()
+    try:
+        from mpi4py import MPI
+    except ImportError as problem:
+        raise MissingDependency("mpi4py", "kanefe reduce", f"{REMEDY} ({problem})") from problem
+    check_launcher(MPI.COMM_WORLD.size, os.environ)
+    return MPI.COMM_WORLD
 
 
 def load_ufl() -> tuple[Any, type[Exception]]:
@@ -255,18 +274,27 @@ def compiled_expression(fx: Any, mesh: Any, expression: Any, points: np.ndarray)
     return values
 
 
+def assemble_rows(fx: Any, forms: Iterable[Any]) -> Any:
+    """Return the sum of the matrices of forms on the same spaces, PETSc's, whose rows are spread like the mesh.
+
+    Each form is assembled before the next one is asked for.
+    """
+    matrix: Any = None
+    for form in forms:
+        matrix = fx.petsc.create_matrix(form) if matrix is None else matrix
+        fx.petsc.assemble_matrix(matrix, form)
+    matrix.assemble()
+    return matrix
+
+
 def assemble_matrix(fx: Any, form: Any) -> sp.csr_matrix:
     """Assemble a form and return a copy of the matrix."""
     return assemble_sum(fx, (form,))
 
 
 def assemble_sum(fx: Any, forms: Iterable[Any]) -> sp.csr_matrix:
-    """Return the sum of the matrices of forms on the same spaces, each assembled before the next one is asked for."""
-    matrix: Any = None
-    for form in forms:
-        matrix = fx.petsc.create_matrix(form) if matrix is None else matrix
-        fx.petsc.assemble_matrix(matrix, form)
-    matrix.assemble()
+    """Return a copy of the sum of the matrices of forms: see `assemble_rows`."""
+    matrix = assemble_rows(fx, forms)
     indptr, indices, data = matrix.getValuesCSR()
     csr = sp.csr_matrix((data, indices, indptr), shape=matrix.getSize())
     matrix.destroy()

@@ -119,7 +119,7 @@ class MumpsFactor:
         csr.sort_indices()
         self.size, self.definite = csr.shape[0], definite
         if definite and not np.all(csr.diagonal() > 0.0):
-            raise _insufficient_support("a degree of freedom has no stiffness at all")
+            raise insufficient_support("a degree of freedom has no stiffness at all")
         self._matrix = self._upper_half(csr)
         free = free_memory()
         if free is not None and rough_size(self.size) > ROUGHLY * free:
@@ -130,7 +130,7 @@ class MumpsFactor:
             self._pc, self._factor = self._set_up()
         except PETSc.Error as problem:
             raise self._singular(f"MUMPS cannot factorise it ({problem})") from problem
-        self._refuse_failure()
+        refuse_failure(self._factor, self.size, definite)
         if definite:
             self._refuse_singular(csr)
 
@@ -162,26 +162,9 @@ class MumpsFactor:
         pc.setUp()
         return pc, factor
 
-    def _refuse_failure(self) -> None:
-        """Raise an error if MUMPS lacked memory, or found a pivot that is zero or negative where it must not be."""
-        failure, detail = self._factor.getMumpsInfog(1), self._factor.getMumpsInfog(2)
-        if failure in (-9, -13, -19):
-            raise ModelError(
-                f"there is not enough memory to factor the stiffness of {self.size} unknowns: it takes "
-                f"{self._factor.getMumpsInfog(17)} MB. Remedy: a coarser mesh where stresses do not matter, or a "
-                "larger machine"
-            )
-        if failure in (-10, -40):
-            raise self._singular(f"pivot {detail} is zero")
-        if failure < 0:
-            raise self._singular(f"MUMPS stopped with the error {failure}, {detail}")
-        negative = self._factor.getMumpsInfog(12)
-        if negative and self.definite:
-            raise self._singular(f"{negative} pivots are negative")
-
     def _singular(self, reason: str) -> Exception:
         """Return the error of a matrix that cannot be factored."""
-        return _insufficient_support(reason) if self.definite else RuntimeError(reason)
+        return _not_factored(reason, self.definite)
 
     def solve(self, rhs: np.ndarray) -> np.ndarray:
         """Return A^-1 rhs for rhs of shape (n,) or (n, m), in the same shape."""
@@ -221,7 +204,30 @@ class MumpsFactor:
             raise self._singular(f"its condition number is above {growth:.0e}")
 
 
-def _insufficient_support(reason: str) -> SingularStiffness:
+def refuse_failure(factor: Any, size: int, definite: bool) -> None:
+    """Raise an error if MUMPS lacked memory, or found a pivot that is zero or negative where it must not be."""
+    failure, detail = factor.getMumpsInfog(1), factor.getMumpsInfog(2)
+    if failure in (-9, -13, -19):
+        raise ModelError(
+            f"there is not enough memory to factor the stiffness of {size} unknowns: it takes "
+            f"{factor.getMumpsInfog(17)} MB. Remedy: a coarser mesh where stresses do not matter, or a "
+            "larger machine"
+        )
+    if failure in (-10, -40):
+        raise _not_factored(f"pivot {detail} is zero", definite)
+    if failure < 0:
+        raise _not_factored(f"MUMPS stopped with the error {failure}, {detail}", definite)
+    negative = factor.getMumpsInfog(12)
+    if negative and definite:
+        raise _not_factored(f"{negative} pivots are negative", definite)
+
+
+def _not_factored(reason: str, definite: bool) -> Exception:
+    return insufficient_support(reason) if definite else RuntimeError(reason)
+
+
+def insufficient_support(reason: str) -> SingularStiffness:
+    """Return the error of a stiffness that is singular for a reason."""
     return SingularStiffness(
         f"the stiffness matrix is singular: the structure is insufficiently supported ({reason}). Remedy: clamp an "
         "interface that holds all rigid motions, and check that the mesh has no part that hangs by an edge or a point"

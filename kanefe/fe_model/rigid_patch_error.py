@@ -14,7 +14,6 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from kanefe.errors import outside
@@ -120,8 +119,8 @@ def _lost_compliance(model: FiniteElementModel, tie: Tie, spec: Interface) -> np
     local = FiniteElementModel(
         nodes=model.nodes[piece],
         components=model.components,
-        stiffness=model.stiffness[dofs][:, dofs],
-        mass=model.mass[dofs][:, dofs],
+        stiffness=model.stiffness[dofs][:, dofs].tocsr(),
+        mass=model.mass[dofs][:, dofs].tocsr(),
         groups={tie.name: NodeGroup(np.searchsorted(piece, tie.nodes), tie.position, measure)},
     )
     here = replace(spec, kind="rigid", groups=None, position=tuple(tie.position))
@@ -158,7 +157,7 @@ def _is_sharp(model: FiniteElementModel, tie: Tie) -> bool:
         return True
     width = len(model.components)
     dofs = (tie.nodes[:, None] * width + np.arange(width)).ravel()
-    among = sp.coo_matrix(model.stiffness[dofs][:, dofs])
+    among = model.stiffness[dofs][:, dofs].tocoo()
     pairs = np.unique((among.row // width) * len(tie.nodes) + among.col // width)
     return len(pairs) == len(tie.nodes) ** 2 and not _is_whole_end(model, tie)
 

@@ -90,7 +90,9 @@ class InterfaceTies:
         return np.array([row for tie in self.ties for row in tie.rows[list(tie.fixed)]], dtype=int)
 
     def project(self, matrix: sp.csr_matrix) -> sp.csr_matrix:
-        """Return ``T^T matrix T``."""
+        """Return ``T^T matrix T``; a matrix that is kept elsewhere has a method of its own for that."""
+        if hasattr(matrix, "projected"):
+            return matrix.projected(self.transformation)
         if not self.ties:
             return sp.csr_matrix(matrix)
         across = self.transformation.T.tocsr()  # converting the small matrix avoids conversions of the large products

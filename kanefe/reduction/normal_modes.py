@@ -18,6 +18,10 @@ MANY = 200
 """Number of normal modes above which a warning about the frequency limit is issued."""
 
 
+Find = Callable[[sp.spmatrix, int], tuple[np.ndarray, np.ndarray]]
+"""Function of M and a number of modes that returns w^2 and M-orthonormal shapes of so many of the lowest modes."""
+
+
 class ModesWarning(UserWarning):
     """A basis that the user probably did not intend."""
 
@@ -58,7 +62,9 @@ def normal_modes(
     if not len(problem.interior):  # all nodes belong to interfaces: their static shapes are complete
         return np.zeros(0), np.zeros((problem.size, 0))
     with stage("normal modes"):
-        found = _modes(lambda: problem.interior_stiffness, M, factors.solve, 0, count, up_to_frequency)
+        # factors on several processes find modes by themselves
+        find = getattr(factors, "lowest_modes", None) or _found_by(factors.solve)
+        found = _modes(lambda: problem.interior_stiffness, M, find, 0, count, up_to_frequency)
     return _embedded(problem, problem.interior, *found)
 
 
@@ -81,8 +87,13 @@ def free_normal_modes(
 
     M = problem.mass[moving][:, moving]
     return _embedded(
-        problem, moving, *_modes(stiffness, M, solve, problem.rigid_modes.shape[1], count, up_to_frequency)
+        problem, moving, *_modes(stiffness, M, _found_by(solve), problem.rigid_modes.shape[1], count, up_to_frequency)
     )
+
+
+def _found_by(solve: Callable[[np.ndarray], np.ndarray]) -> Find:
+    """Return the function that finds modes by statics, which have no rigid motions."""
+    return lambda M, count: lowest_modes(M, count, solve)
 
 
 def _embedded(
@@ -96,7 +107,7 @@ def _embedded(
 def _modes(
     K: Callable[[], sp.spmatrix],
     M: sp.spmatrix,
-    solve: Callable[[np.ndarray], np.ndarray],
+    find: Find,
     rigid: int,
     count: int | None,
     up_to_frequency: float | None,
@@ -106,7 +117,7 @@ def _modes(
     wanted = min(12, size) if count is None else count
     squares, shapes = np.zeros(0), np.zeros((M.shape[0], 0))
     while wanted > 0:
-        squares, shapes = _lowest(K, M, wanted, rigid, solve)
+        squares, shapes = _lowest(K, M, wanted, rigid, find)
         if up_to_frequency is None:
             break
         with np.errstate(over="ignore"):  # of a frequency without end: all modes
@@ -131,9 +142,9 @@ def _warn_of_many(count: int, size: int, up_to_frequency: float) -> None:
 
 
 def _lowest(
-    K: Callable[[], sp.spmatrix], M: sp.spmatrix, count: int, rigid: int, solve: Callable[[np.ndarray], np.ndarray]
+    K: Callable[[], sp.spmatrix], M: sp.spmatrix, count: int, rigid: int, find: Find
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return w^2 and shapes of the lowest elastic modes of (K, M); `solve` returns statics without rigid motions."""
+    """Return w^2 and shapes of the lowest elastic modes of (K, M); `find` leaves out the rigid ones."""
     size = M.shape[0]
     if count + rigid > size:
         raise ModelError(
@@ -142,7 +153,7 @@ def _lowest(
         )
     if 2 * (count + rigid) > size or size <= 400:  # a Krylov space needs room; LAPACK is as fast for small matrices
         return _dense_modes(K().toarray(), M.toarray(), rigid, count)
-    return lowest_modes(M, count, solve)
+    return find(M, count)
 
 
 def _dense_modes(K: np.ndarray, M: np.ndarray, rigid: int, count: int) -> tuple[np.ndarray, np.ndarray]:

@@ -15,6 +15,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.frames import Vector
+from kanefe.reduction.signs import with_fixed_signs
 
 DEPENDENT = 1e-9
 """Part of a column outside the span of the others, relative to it, below which it counts as dependent."""
@@ -108,7 +109,7 @@ def modes_by_mass(
                 "order of the nodes and the mesh for loose parts and springs to ground (PARAM,K6ROT), or clamp an "
                 "interface"
             )
-    modes = basis @ vectors
+    modes = with_fixed_signs(basis @ vectors, squares)
     # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its inverse root
     return Orthonormal(np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes))), massless)
 

@@ -6,9 +6,10 @@ import time
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from inspect import signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack
+from typing import TYPE_CHECKING, Any, Literal, TypedDict, Unpack, overload
 
 import numpy as np
 import scipy.sparse as sp
@@ -21,6 +22,7 @@ from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import report_size, stage, stages
 from kanefe_fem import _fenicsx
 from kanefe_fem.lumped.parts import Lumped, attach, groups_of
+from kanefe_fem.machine.team import Communicator, Team, checked_communicator, led
 from kanefe_fem.materials.of_groups import (
     CellMaterials,
     Materials,
@@ -40,14 +42,14 @@ from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.solids.damping import damping_of_solid
+from kanefe_fem.solids.on_processes import refuse_one_process
 from kanefe_fem.solids.own_forms import Forms, with_forms
 from kanefe_fem.solids.preload import Preload, preloaded
-from kanefe_fem.solids.quadrature_assembly import QuadratureAssembly, assemble_by_quadrature
+from kanefe_fem.solids.quadrature_assembly import assemble_by_quadrature
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
     from kanefe.reduction.stiffening import StiffeningLevel
-    from kanefe_fem.solids.problem import Assembly
 
 Plane = Literal["stress", "strain"]
 
@@ -148,6 +150,23 @@ def solid_model(
     >>> model = solid_model("meshes/arm.msh", steel)                      # doctest: +SKIP
     >>> model.groups["tip"].position                                     # doctest: +SKIP
     """
+    return _solid_model(mesh, materials, order, plane, thickness, surfaces, cells=cells, densities=densities, **more)
+
+
+def _solid_model(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    order: int,
+    plane: Plane | None,
+    thickness: float | None,
+    surfaces: Sequence[str] | Mapping[str, PlaceLike],
+    *,
+    cells: str | Sequence[str] | None,
+    densities: Mapping[str, float] | None,
+    team: Team | None = None,
+    **more: Unpack[Additions],
+) -> FiniteElementModel:
+    """Return the model of `solid_model`, with matrices on a team of processes if there is one."""
     from kanefe_fem._petsc import factorise
 
     lumped, preload, forms = more.get("lumped", ()), more.get("preload"), more.get("forms")
@@ -171,7 +190,7 @@ def solid_model(
     read = time.perf_counter()
     report_size(mesh.dimension * len(lifted.nodes))
     with stage("assemble"):
-        assembly = _assembly(lifted, of_cells)
+        assembly = _assembly(lifted, of_cells, team)
     assembled = time.perf_counter()
     numbered = _renumber(lifted, assembly.order_of_nodes)
     components = TRANSLATIONS[: mesh.dimension]
@@ -182,7 +201,7 @@ def solid_model(
         nodes=numbered.nodes,
         components=components,
         stiffness=assembly.stiffness,
-        mass=sp.kron(assembly.mass, blocks, format="csr"),
+        mass=sp.kron(assembly.mass, blocks, format="csr") if team is None else assembly.vector_mass,
         mass_field=field,
         cells=numbered.cell_blocks,
         groups=node_groups(numbered),
@@ -197,7 +216,7 @@ def solid_model(
         },
         elasticity=of_cells.elasticity,
         stress_stiffness=assembly.stress_stiffness,
-        **damping_of_solid(assembly, of_cells, mesh.dimension),
+        **(damping_of_solid(assembly, of_cells, mesh.dimension) if team is None else {}),
         provenance={
             "source": mesh.source,
             **mesh.provenance,
@@ -224,6 +243,38 @@ def solid_model(
     return model if preload is None else preloaded(model, preload, factorise)
 
 
+@overload
+def solid_body(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    interfaces: Mapping[str, Any],
+    reduction: Any = None,
+    damping: Any = None,
+    *,
+    stiffening: StiffeningLevel = "none",
+    cache: bool = True,
+    progress: bool | None = None,
+    comm: None = None,
+    **model: Unpack[SolidKeywords],
+) -> FlexibleBody: ...
+
+
+@overload
+def solid_body(
+    mesh: Mesh | str | Path,
+    materials: Materials,
+    interfaces: Mapping[str, Any],
+    reduction: Any = None,
+    damping: Any = None,
+    *,
+    stiffening: StiffeningLevel = "none",
+    cache: bool = True,
+    progress: bool | None = None,
+    comm: Communicator,
+    **model: Unpack[SolidKeywords],
+) -> FlexibleBody | None: ...
+
+
 @checked("mesh", "order", "cells", "lumped", "preload", "forms", "cache", "progress")
 def solid_body(
     mesh: Mesh | str | Path,
@@ -235,8 +286,9 @@ def solid_body(
     stiffening: StiffeningLevel = "none",
     cache: bool = True,
     progress: bool | None = None,
+    comm: Communicator | None = None,
     **model: Unpack[SolidKeywords],
-) -> FlexibleBody:
+) -> FlexibleBody | None:
     """Return a flexible body made from a mesh: `solid_model`, then `kanefe.reduction.flexible_body`.
 
     Parameters
@@ -257,6 +309,11 @@ def solid_body(
         `kanefe.bodies.cache`). A preload or stiffening needs more than the matrices: then the model is assembled again.
     progress : bool, optional
         Whether to show the stages. Default: on a terminal, for a large body.
+    comm : mpi4py communicator, optional
+        All its processes call this function, with the same arguments, and make the body together: the mesh, the
+        matrices and their factors are spread over them. The first process reads the mesh and gets the body, which is
+        the same for any number of processes; the others get None, or end quietly if there is an error. See "Large
+        meshes".
     **model
         order, plane, thickness, surfaces, cells, densities, lumped, preload and forms, as for `solid_model`.
 
@@ -277,18 +334,24 @@ def solid_body(
     of_model["materials"] = materials
     of_body = {"interfaces": interfaces, "reduction": reduction, "damping": damping, "stiffening": stiffening}
 
-    def make(mesh: Mesh | str | Path) -> FlexibleBody:
-        with stages(STAGES, progress) as done:
-            body = _made_body(mesh, of_model, of_body, cache)
-        return replace(body, provenance={**body.provenance, "stages": done.seconds})
+    def whole(team: Team | None = None) -> FlexibleBody:
+        def make(mesh: Mesh | str | Path) -> FlexibleBody:
+            with stages(STAGES, progress) as done:
+                body = _made_body(mesh, of_model, of_body, cache, team)
+            return replace(body, provenance={**body.provenance, "stages": done.seconds})
 
-    return cached_body(mesh, {**of_model, **of_body}, make) if cache else make(mesh)
+        return cached_body(mesh, {**of_model, **of_body}, make) if cache else make(mesh)
+
+    if comm is None or checked_communicator(comm).size == 1:
+        return whole()
+    body: FlexibleBody | None = led(comm, whole)
+    return body
 
 
 def _made_body(
-    mesh: Mesh | str | Path, of_model: Mapping[str, Any], of_body: Mapping[str, Any], cache: bool
+    mesh: Mesh | str | Path, of_model: Mapping[str, Any], of_body: Mapping[str, Any], cache: bool, team: Team | None
 ) -> FlexibleBody:
-    """Return the body with the options of `flexible_body`, from a new model or one in the cache."""
+    """Return the body with the options of `flexible_body`, from a new model or one in the cache, alone or on a team."""
     from kanefe.reduction import flexible_body
     from kanefe_fem._petsc import factorise
     from kanefe_fem.body_cache import cached_model
@@ -302,6 +365,9 @@ def _made_body(
     def assembled() -> FiniteElementModel:
         return solid_model(read_and_checked(), **of_model)
 
+    if team is not None:
+        refuse_one_process(of_model, of_body)
+        return _on_team(_solid_model(read_and_checked(), **of_model, team=team), of_body)
     if cache and of_body["stiffening"] == "none" and of_model["preload"] is None:
         model = cached_model(mesh, of_model, assembled)
         is_found = model.stress_stiffness is None
@@ -310,6 +376,16 @@ def _made_body(
     else:
         model = assembled()
     return flexible_body(model, **of_body, factorise=factorise)
+
+
+def _on_team(model: FiniteElementModel, of_body: Mapping[str, Any]) -> FlexibleBody:
+    """Return the body of a model with matrices on a team, and what its solvers tell of themselves."""
+    from kanefe.reduction import flexible_body
+    from kanefe_fem.distributed import TeamMatrix, factorise
+
+    body = flexible_body(model, **of_body, factorise=factorise)
+    matrix: TeamMatrix = model.stiffness
+    return replace(body, provenance={**body.provenance, "processes": matrix.about()})
 
 
 def _warn_of_straight_sides(mesh: Mesh, order: int) -> None:
@@ -325,18 +401,25 @@ def _warn_of_straight_sides(mesh: Mesh, order: int) -> None:
         )
 
 
-def _assembly(mesh: Mesh, materials: CellMaterials) -> Assembly | QuadratureAssembly:
-    """Return the matrices by dolfinx, or by numpy for cells that it does not support."""
+def _assembly(mesh: Mesh, materials: CellMaterials, team: Team | None) -> Any:
+    """Return the matrices by dolfinx, alone or on a team, or by numpy for cells that it does not support."""
+    from kanefe_fem.solids import on_processes
     from kanefe_fem.solids import problem as solid_problem
 
     if mesh.kind in _fenicsx.SHAPES and len(mesh.kinds) == 1:
-        return solid_problem.assemble(
+        assemble = solid_problem.assemble if team is None else partial(on_processes.assemble, team)
+        return assemble(
             mesh.nodes,
             mesh.connectivity,
             mesh.kind,
             straight=is_straight(mesh),
             moduli=materials.long_term_moduli,
             density=materials.density,
+        )
+    if team is not None:
+        raise MeshError(
+            f"{mesh.source} has cells of {' and '.join(mesh.kinds)}, which are assembled by one process only. Remedy: "
+            f"cells of one of these shapes ({', '.join(_fenicsx.SHAPES)}), or leave out comm="
         )
     return assemble_by_quadrature(
         np.asarray(mesh.nodes), mesh.cell_blocks, materials.long_term_moduli, materials.density

@@ -188,18 +188,14 @@ def _assemble(
 ) -> Assembly:
     clock = [time.perf_counter()]
     problem = solid_problem(fx, nodes, connectivity, kind, straight)
-    element, geometry, vector, scalar = problem.element, problem.geometry, problem.vector, problem.scalar
     original = np.asarray(problem.mesh.topology.original_cell_index)
     clock.append(time.perf_counter())
 
     fields = solid_forms.material_fields(fx, problem.mesh, moduli, original)
     problem = replace(problem, fields=fields)
     rho = _fenicsx.cell_function(fx, problem.mesh, density[original])
-    u, v = fx.ufl.TrialFunction(vector), fx.ufl.TestFunction(vector)
-    p, q = fx.ufl.TrialFunction(scalar), fx.ufl.TestFunction(scalar)
-    energy = solid_forms.stiffness_integrand(fx, fields, u, v)
-    stiffness_form = fx.fem.form(energy * problem.measure(solid_forms.stiffness_degree(element, geometry)))
-    mass_form = fx.fem.form(rho * p * q * problem.measure(solid_forms.mass_degree(element, geometry)))
+    forms = stiffness_and_mass(problem, rho)
+    stiffness_form, mass_form = (fx.fem.form(one) for one in forms)
     clock.append(time.perf_counter())
 
     stiffness = _fenicsx.assemble_matrix(fx, stiffness_form)
@@ -212,6 +208,16 @@ def _assemble(
     return Assembly(
         stiffness, mass, problem, seconds, fx.versions, CompiledForms(stiffness_form, mass_form, rho, original)
     )
+
+
+def stiffness_and_mass(problem: SolidProblem, density: Any) -> tuple[Any, Any]:
+    """Return the forms of the stiffness and of the scalar mass, in UFL; the density is a function of the mesh."""
+    ufl, element, geometry = problem.fx.ufl, problem.element, problem.geometry
+    u, v = ufl.TrialFunction(problem.vector), ufl.TestFunction(problem.vector)
+    p, q = ufl.TrialFunction(problem.scalar), ufl.TestFunction(problem.scalar)
+    energy = solid_forms.stiffness_integrand(problem.fx, problem.fields, u, v)
+    stiffness = energy * problem.measure(solid_forms.stiffness_degree(element, geometry))
+    return stiffness, density * p * q * problem.measure(solid_forms.mass_degree(element, geometry))
 
 
 def solid_problem(fx: Any, nodes: np.ndarray, connectivity: np.ndarray, kind: str, straight: bool) -> SolidProblem:
@@ -250,7 +256,7 @@ def solid_stress_stiffness(problem: SolidProblem, stress: Callable[[Any], Any] |
     def geometric_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
         with _fenicsx.quiet(), _fenicsx.compiling(problem.fx):
             if not made:
-                made.append(_form(problem, stress))
+                made.append(form_of_stress(problem, stress))
             loaded, form = made[0]
             loaded.x.array[:] = displacement
             scalar = problem.scalar_matrix(form)
@@ -259,8 +265,8 @@ def solid_stress_stiffness(problem: SolidProblem, stress: Callable[[Any], Any] |
     return geometric_stiffness
 
 
-def _form(problem: SolidProblem, stress: Callable[[Any], Any] | None) -> tuple[Any, Any]:
-    """Return the function with the static displacement, and the compiled form."""
+def form_of_stress(problem: SolidProblem, stress: Callable[[Any], Any] | None = None) -> tuple[Any, Any]:
+    """Return the function with the static displacement, and the compiled form; see `solid_stress_stiffness`."""
     ufl = problem.fx.ufl
     loaded = problem.displacement(np.zeros(len(problem.order_of_nodes) * problem.element.dimension))
     p, q = ufl.TrialFunction(problem.scalar), ufl.TestFunction(problem.scalar)

@@ -1,0 +1,234 @@
+"""Assembly of a solid on a mesh that is spread over several processes; the counterpart of `kanefe_fem.solids.problem`.
+
+The leader reads and checks the mesh, dolfinx spreads its cells, and each process assembles its own rows. Nodes are
+numbered as in one process, by spaces on the whole mesh of the leader without matrices, so that the body is the same.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import SimpleNamespace
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse as sp
+
+from kanefe.errors import ModelError
+from kanefe.fe_model.model import StressStiffness
+from kanefe.fe_model.shapes import kind_of_order, shape
+from kanefe_fem import _fenicsx
+from kanefe_fem.distributed import SharedRows, TeamMatrix, Told
+from kanefe_fem.machine.team import Team
+from kanefe_fem.materials.moduli import Moduli
+from kanefe_fem.solids import forms as solid_forms
+from kanefe_fem.solids.problem import SolidProblem, form_of_stress, solid_problem, stiffness_and_mass
+
+
+class _Given(NamedTuple):
+    """The mesh and its material, as the leader has them: the arguments of `assemble`."""
+
+    nodes: np.ndarray
+    connectivity: np.ndarray
+    moduli: Moduli
+    density: np.ndarray
+
+
+@dataclass(eq=False)
+class _Part:
+    """What a process keeps: spaces and moduli, the density, and the form of `stress_stiffness` once it is made."""
+
+    problem: SolidProblem
+    density: Any
+    of_stress: tuple[Any, Any] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SharedAssembly:
+    """Matrices in the numbering of one process; see `kanefe_fem.solids.problem.Assembly`.
+
+    Attributes
+    ----------
+    stiffness : TeamMatrix, shape (n d, n d)
+    mass : csr_matrix, shape (n, n)
+        Scalar mass matrix, on the leader.
+    vector_mass : TeamMatrix, shape (n d, n d)
+    order_of_nodes : ndarray of int, shape (n,)
+    part : int
+        The `_Part` in `Team.kept`.
+    nodes_of : list of ndarray of int
+        Nodes of each process, in its own order: its own ones first, then those of others that its cells have.
+    scalar_order : ndarray of int, shape (n,)
+        Node of each row of matrices of the scalar space.
+    seconds : dict
+    versions : dict
+    """
+
+    stiffness: TeamMatrix
+    mass: sp.csr_matrix
+    vector_mass: TeamMatrix
+    order_of_nodes: np.ndarray
+    part: int
+    nodes_of: list[np.ndarray]
+    scalar_order: np.ndarray
+    seconds: dict[str, float]
+    versions: dict[str, str]
+
+    @property
+    def stress_stiffness(self) -> StressStiffness:
+        """Function of the geometric stiffness of a static displacement."""
+        team = self.stiffness.shared.team
+        dimension = self.stiffness.shape[0] // len(self.order_of_nodes)
+
+        def geometric_stiffness(displacement: np.ndarray, load: np.ndarray | None = None) -> sp.csr_matrix:
+            by_node = displacement.reshape(-1, dimension)
+            parts = team.run(_scalar_stress, self.part, own=[by_node[nodes] for nodes in self.nodes_of])
+            return sp.kron(_joined(parts, self.scalar_order), sp.identity(dimension), format="csr")
+
+        return geometric_stiffness
+
+
+def assemble(
+    team: Team,
+    nodes: np.ndarray,
+    connectivity: np.ndarray,
+    kind: str,
+    *,
+    straight: bool,
+    moduli: Moduli,
+    density: np.ndarray,
+) -> SharedAssembly:
+    """Assemble stiffness and mass on all processes of a team; the other arguments are those of one process."""
+    clock = [time.perf_counter()]
+    team.run(_loaded)
+    fx = _fenicsx.load()
+    with _fenicsx.quiet(), _fenicsx.compiling(fx):
+        order = solid_problem(fx, nodes, connectivity, kind, straight).order_of_nodes
+    clock.append(time.perf_counter())
+    given = _Given(nodes, connectivity, moduli, density)
+    part, numbers = team.run(_spread, kind, straight, connectivity.shape[1], own=given)
+    clock.append(time.perf_counter())
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    nodes_of, owned, scalar_owned = ([place[one] for one in parts] for parts in numbers)
+    number, mass_rows = team.run(_matrices, part)
+    scalar_order = np.concatenate(scalar_owned)
+    d = shape(kind).dimension
+    rows = tuple((d * one[:, None] + np.arange(d)).ravel() for one in owned)
+    stiffness = TeamMatrix.of(SharedRows(team, number, rows), Told())
+    mass = _joined(mass_rows, scalar_order)
+    vector_mass = stiffness.like(sp.kron(mass, sp.identity(d), format="csr"))
+    clock.append(time.perf_counter())
+    stages = ("number the nodes", "spread the mesh", "assemble")
+    return SharedAssembly(
+        stiffness=stiffness,
+        mass=mass,
+        vector_mass=vector_mass,
+        order_of_nodes=order,
+        part=part,
+        nodes_of=nodes_of,
+        scalar_order=scalar_order,
+        seconds=dict(zip(stages, np.diff(clock).tolist(), strict=True)),
+        versions=fx.versions,
+    )
+
+
+def refuse_one_process(of_model: Mapping[str, Any], of_body: Mapping[str, Any]) -> None:
+    """Raise a ModelError for what only one process does, with the reason."""
+    materials = of_model["materials"]
+    lossy = [
+        name
+        for name, one in (materials.items() if isinstance(materials, Mapping) else [("", materials)])
+        if any(getattr(one, loss, None) for loss in ("damping", "loss_factor", "prony"))
+    ]
+    refused = {
+        "reduction=None keeps all of K, in one process": of_body["reduction"] is None,
+        "preload= changes K after it was assembled": of_model["preload"] is not None,
+        "forms= adds matrices of its own": of_model["forms"] is not None,
+        "lumped= adds entries to K and M": bool(of_model["lumped"]),
+        "damping of materials needs matrices of its own (damping=kf.ModalDamping(...) of the body does not)": bool(
+            lossy
+        ),
+    }
+    for reason, is_asked in refused.items():
+        if is_asked:
+            raise ModelError(f"on several processes this is not possible: {reason}. Remedy: leave it or comm= out")
+
+
+def _loaded(team: Team, own: None) -> None:
+    """Import FEniCSx on all processes at once: PETSc waits for the others when it starts."""
+    _fenicsx.load()
+
+
+def _spread(
+    team: Team, own: _Given | None, kind: str, straight: bool, width: int
+) -> tuple[int, list[list[np.ndarray]]]:
+    """Spread the mesh; keep the `_Part`, and return nodes of each process: all, its own, and those of scalar rows."""
+    fx = SimpleNamespace(**{**vars(_fenicsx.load()), "comm": team.comm})
+    nodes, table = (np.zeros((0, 3)), np.zeros((0, width), np.int64)) if own is None else (own.nodes, own.connectivity)
+    element = shape(kind)
+    geometry = shape(kind_of_order(kind, 1)) if straight else element
+    with _fenicsx.quiet(), _fenicsx.compiling(fx):
+        mesh = _fenicsx.create_mesh(fx, nodes, table, geometry)
+        original = team.collect(np.asarray(mesh.topology.original_cell_index))
+        cells = team.deal(None if own is None else [table[one] for one in original])
+        vector = _fenicsx.lagrange_space(fx, mesh, element, element.dimension)
+        scalar = _fenicsx.lagrange_space(fx, mesh, element, 0)
+        numbering, of_scalar = (_fenicsx.node_of_dof(fx, one, cells, element) for one in (vector, scalar))
+        if own is not None:
+            _fenicsx.check_numbering(vector, nodes, numbering)
+        table_of = None if own is None else [*solid_forms.values_of(own.moduli, np.arange(len(table))), own.density]
+        values = [
+            team.deal(None if table_of is None else [table_of[i][one] for one in original])
+            for i in range(team.comm.bcast(None if table_of is None else len(table_of)))
+        ]
+        functions = [_fenicsx.cell_function(fx, mesh, one) for one in values]
+    fields_of = solid_forms.MaterialFields(tuple(functions[:-1]))
+    problem = SolidProblem(fx, mesh, vector, scalar, fields_of, element, geometry, numbering, None)
+    part = team.keep(_Part(problem, functions[-1]))
+    local = (numbering, numbering[: _owned(vector)], of_scalar[: _owned(scalar)])
+    return part, [team.collect(one) for one in local]
+
+
+def _owned(space: Any) -> int:
+    return int(space.dofmap.index_map.size_local)
+
+
+def _matrices(team: Team, own: None, part: int) -> tuple[int, list[Any]]:
+    """Assemble; keep the stiffness, and return the rows of the scalar mass."""
+    held: _Part = team.kept[part]
+    problem, fx = held.problem, held.problem.fx
+    with _fenicsx.quiet(), _fenicsx.compiling(fx):
+        forms = stiffness_and_mass(problem, held.density)
+        kept = [_fenicsx.assemble_rows(fx, [fx.fem.form(form)]) for form in forms]
+    return team.keep(kept[0]), _collected(team, kept[1])
+
+
+def _collected(team: Team, matrix: Any) -> list[Any]:
+    """Return the rows of each process, of a matrix of dolfinx, as (starts, columns, values)."""
+    arrays = [np.array(one) for one in matrix.getValuesCSR()]
+    matrix.destroy()
+    return list(zip(*(team.collect(one) for one in arrays), strict=True))
+
+
+def _joined(parts: list[Any], order: np.ndarray) -> sp.csr_matrix:
+    """Return the scalar matrix of all nodes, from the rows of each process."""
+    blocks = [sp.csr_matrix((v, c, s), (len(s) - 1, len(order))) for s, c, v in parts]
+    whole = sp.vstack(blocks, format="csr")
+    back = np.argsort(order)
+    found = whole[back][:, back]
+    found.sort_indices()
+    return found
+
+
+def _scalar_stress(team: Team, own: list[np.ndarray] | None, part: int) -> list[Any]:
+    """Return the rows of ``int grad(p) . s grad(q)`` of the stress of a displacement, given by nodes of processes."""
+    held: _Part = team.kept[part]
+    u = team.deal(own)
+    with _fenicsx.quiet(), _fenicsx.compiling(held.problem.fx):
+        held.of_stress = held.of_stress or form_of_stress(held.problem)
+        loaded, form = held.of_stress
+        loaded.x.array[:] = u.ravel()
+        matrix = _fenicsx.assemble_rows(held.problem.fx, [form])
+    return _collected(team, matrix)
