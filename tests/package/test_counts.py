@@ -54,7 +54,7 @@ ROOMS = {
     "fe_model": 3710,
     "environment": 2836,
     "scene": 2816,
-    "reduction": 2935,
+    "reduction": 2985,
     "tree": 3165,
     "storage": 2304,
     "robots": 2214,

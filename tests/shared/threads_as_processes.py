@@ -91,7 +91,7 @@ def on_threads(size: int, work: Callable[[ThreadComm], Any]) -> tuple[list[Any],
     def one(rank: int) -> None:
         try:
             found[rank] = work(ThreadComm(world, rank))
-        except BaseException as error:
+        except BaseException as error:  # noqa: BLE001  # SystemExit too
             found[rank] = error
 
     threads = [threading.Thread(target=one, args=(rank,), daemon=True) for rank in range(size)]

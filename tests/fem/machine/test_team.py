@@ -109,9 +109,9 @@ def test_no_error_is_none() -> None:
 def test_other_versions_are_named() -> None:
     here = versions_here()
     refuse_different([here, dict(here)], ["a", "b"])
-    with pytest.raises(ModelError, match="process 2 of 2, on b, has numpy 0.1"):
+    with pytest.raises(ModelError, match=r"process 2 of 2, on b, has numpy 0\.1"):
         refuse_different([here, {**here, "numpy": "0.1"}], ["a", "b"])
-    with pytest.raises(ModelError, match="numpy not at all.* and 1 more"):
+    with pytest.raises(ModelError, match=r"numpy not at all.* and 1 more"):
         refuse_different([here, {k: v for k, v in here.items() if k not in ("scipy", "numpy")}], ["a", "b"])
 
 
