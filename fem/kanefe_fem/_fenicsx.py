@@ -24,7 +24,7 @@ from kanefe.errors import FileError, MeshError, MissingDependency, outside
 from kanefe.fe_model.shapes import Shape
 from kanefe_fem._petsc import start_mpi
 from kanefe_fem.machine.compiled_forms import SECONDS, being_compiled, check_forms, forms_folder, refuse_options
-from kanefe_fem.machine.launcher import check_launcher
+from kanefe_fem.processes.launcher import check_launcher
 
 OLDEST, NEWEST = (0, 5), (0, 11)
 """Oldest and newest version of dolfinx with which this file was tested."""

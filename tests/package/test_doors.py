@@ -21,9 +21,9 @@ DOORS = {
     "petsc4py": {
         "fem/kanefe_fem/_fenicsx.py",
         "fem/kanefe_fem/_petsc.py",
-        "fem/kanefe_fem/_petsc_processes.py",
+        "fem/kanefe_fem/processes/_petsc.py",
     },
-    "slepc4py": {"fem/kanefe_fem/_petsc_processes.py"},
+    "slepc4py": {"fem/kanefe_fem/processes/_petsc.py"},
     "gmsh": {"fem/kanefe_fem/_gmsh.py"},
     "OCP": {"fem/kanefe_fem/cad/_ocp.py"},
     "meshio": {"fem/kanefe_fem/_meshio.py"},

@@ -1,4 +1,4 @@
-"""Processes of MPI as threads of one process: what `kanefe_fem.machine.team` needs of a communicator, without MPI."""
+"""Processes of MPI as threads of one process: what `kanefe_fem.processes.team` needs of a communicator, without MPI."""
 
 from __future__ import annotations
 

@@ -22,7 +22,6 @@ from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import report_size, stage, stages
 from kanefe_fem import _fenicsx
 from kanefe_fem.lumped.parts import Lumped, attach, groups_of
-from kanefe_fem.machine.team import Communicator, Team, checked_communicator, led
 from kanefe_fem.materials.of_groups import (
     CellMaterials,
     Materials,
@@ -41,6 +40,7 @@ from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
 from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
 from kanefe_fem.mesh_files import read_to_assemble
+from kanefe_fem.processes.team import Communicator, Team, checked_communicator, led
 from kanefe_fem.solids.damping import damping_of_solid
 from kanefe_fem.solids.on_processes import refuse_one_process
 from kanefe_fem.solids.own_forms import Forms, with_forms
@@ -381,7 +381,7 @@ def _made_body(
 def _on_team(model: FiniteElementModel, of_body: Mapping[str, Any]) -> FlexibleBody:
     """Return the body of a model with matrices on a team, and what its solvers tell of themselves."""
     from kanefe.reduction import flexible_body
-    from kanefe_fem.distributed import TeamMatrix, factorise
+    from kanefe_fem.processes.matrices import TeamMatrix, factorise
 
     body = flexible_body(model, **of_body, factorise=factorise)
     matrix: TeamMatrix = model.stiffness

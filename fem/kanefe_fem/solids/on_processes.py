@@ -19,9 +19,9 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import StressStiffness
 from kanefe.fe_model.shapes import kind_of_order, shape
 from kanefe_fem import _fenicsx
-from kanefe_fem.distributed import SharedRows, TeamMatrix, Told
-from kanefe_fem.machine.team import Team
 from kanefe_fem.materials.moduli import Moduli
+from kanefe_fem.processes.matrices import SharedRows, TeamMatrix, Told
+from kanefe_fem.processes.team import Team
 from kanefe_fem.solids import forms as solid_forms
 from kanefe_fem.solids.problem import SolidProblem, form_of_stress, solid_problem, stiffness_and_mass
 

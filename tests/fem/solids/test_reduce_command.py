@@ -11,12 +11,12 @@ from typer.testing import CliRunner
 
 import kanefe as kf
 from kanefe.errors import KanefeError
-from kanefe_fem import reduce_command
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.materials.orthotropic import Orthotropic
 from kanefe_fem.mesh.simple import box_mesh
-from kanefe_fem.reduce_command import _interfaces, _keywords, _materials
+from kanefe_fem.solids import reduce_command
 from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.reduce_command import _interfaces, _keywords, _materials
 
 STEEL = "E=210e9, nu=0.3, rho=7850.0"
 
@@ -74,7 +74,7 @@ def test_interfaces_and_keywords() -> None:
 @pytest.mark.fenicsx
 @pytest.mark.gmsh
 def test_the_body_is_that_of_solid_body(tmp_path: Path) -> None:
-    mesh = Path(__file__).parents[2] / "meshes" / "arm.msh"
+    mesh = Path(__file__).parents[3] / "meshes" / "arm.msh"
     app = typer.Typer()
     app.command()(reduce_command.reduce)
     out = tmp_path / "arm.npz"

@@ -15,10 +15,10 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation
-from kanefe_fem import _petsc_processes as tasks
 from kanefe_fem._petsc import factorise as factorise_alone
 from kanefe_fem._petsc import insufficient_support
-from kanefe_fem.machine.team import Team
+from kanefe_fem.processes import _petsc as tasks
+from kanefe_fem.processes.team import Team
 
 LARGEST_RESIDUAL = 1e-6
 """Residual of a static or a normal mode, relative to its load, above which it is refused."""

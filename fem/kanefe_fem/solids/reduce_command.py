@@ -14,9 +14,9 @@ import typer
 import kanefe as kf
 from kanefe.errors import FileError, ModelError, did_you_mean
 from kanefe_fem import _fenicsx
-from kanefe_fem.machine.team import led
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.materials.orthotropic import Anisotropic, Orthotropic
+from kanefe_fem.processes.team import led
 from kanefe_fem.solids.body import solid_body
 
 CLASSES = {"Material": Material, "Orthotropic": Orthotropic, "Anisotropic": Anisotropic}

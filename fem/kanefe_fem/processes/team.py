@@ -20,16 +20,13 @@ from typing import Any, NoReturn, Protocol
 import numpy as np
 
 from kanefe.errors import KanefeError, ModelError
-from kanefe_fem.machine.launcher import refuse_different, versions_here
+from kanefe_fem.processes.launcher import refuse_different, versions_here
 
 PATIENCE = 10.0
 """Time in s for which a process with an error waits for the others, before it ends them all."""
 
 NAP = 0.001
 """Time in s between two looks of a process that waits, so that it leaves its core to others."""
-
-ENDED = 2
-"""Exit code of a run that was ended."""
 
 
 class Communicator(Protocol):
@@ -163,8 +160,8 @@ class Team:
     def _abort(self, trouble: BaseException) -> NoReturn:
         where = f"process {self.rank + 1} of {self.size} on {socket.gethostname()}"
         print(f"kanefe: {where} failed and ends all: {trouble}", file=sys.stderr, flush=True)
-        self.comm.Abort(ENDED)
-        os._exit(ENDED)
+        self.comm.Abort(2)  # the exit code of all errors of the command line
+        os._exit(2)
 
 
 def raise_first(told: Sequence[tuple[str, Exception] | None], own: Exception | None = None) -> None:

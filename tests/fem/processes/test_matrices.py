@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe_fem.distributed import SharedRows, TeamMatrix, Told, checked_residual, factorise
+from kanefe_fem.processes.matrices import SharedRows, TeamMatrix, Told, checked_residual, factorise
 
 
 class Rows(SharedRows):

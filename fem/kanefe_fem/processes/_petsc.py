@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.errors import MissingDependency, ModelError
 from kanefe_fem._petsc import PIVOTING_ROOM, insufficient_support, refuse_failure
-from kanefe_fem.machine.team import Team
+from kanefe_fem.processes.team import Team
 
 TOLERANCE = 1e-12
 """Residual of a mode that SLEPc is asked for, relative to the product of its eigenvalue and its shape."""

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from kanefe.errors import ModelError
-from kanefe_fem.machine import team as teams
-from kanefe_fem.machine.launcher import check_launcher, refuse_different, versions_here
-from kanefe_fem.machine.team import Team, checked_communicator, led, raise_first
+from kanefe_fem.processes import team as teams
+from kanefe_fem.processes.launcher import check_launcher, refuse_different, versions_here
+from kanefe_fem.processes.team import Team, checked_communicator, led, raise_first
 from threads_as_processes import on_threads
 
 

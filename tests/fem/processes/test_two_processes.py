@@ -93,13 +93,13 @@ FAILURES = {
     "a file that is not there": ("ARM = 'none.msh'", "none.msh"),
     "what one process does alone": ("reduction = None", "reduction=None"),
     "another version": (
-        "from kanefe_fem.machine import team\nif comm.rank:\n"
+        "from kanefe_fem.processes import team\nif comm.rank:\n"
         "    own = team.versions_here()\n    team.versions_here = lambda: {**own, 'numpy': '0.1'}",
         "process 2 of 2",
     ),
     "an error on the second process": (
-        "from kanefe_fem import distributed\ndef fails(team, own):\n    if team.rank: raise MemoryError('full')\n"
-        "from kanefe_fem.machine.team import led\nled(comm, lambda team: team.run(fails))",
+        "def fails(team, own):\n    if team.rank: raise MemoryError('full')\n"
+        "from kanefe_fem.processes.team import led\nled(comm, lambda team: team.run(fails))",
         "MemoryError: full",
     ),
 }
