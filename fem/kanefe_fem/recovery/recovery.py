@@ -99,8 +99,10 @@ def recover(
     rows = np.atleast_1d(np.arange(len(result.times))[chosen])
     row = None if material is None else material_row(name, shape, material)
     own = shape.elasticity
-    if (face is not None or ply is not None) and (own is None or own.shell is None):
-        raise ModelError(f"{name!r} is no shell and has no face or ply. Remedy: leave out face= and ply=")
+    is_shell = own is not None and own.shell is not None and (row is None or row < len(own.shell.forces))
+    if (face is not None or ply is not None) and not is_shell:
+        what = repr(name) if material is None else f"material={material!r} of {name!r}"
+        raise ModelError(f"{what} is no shell and has no face or ply. Remedy: leave out face= and ply=")
     if own is not None and own.ribs is not None and not own.ribs.has_shape.all():
         known = zip(shape.provenance["stiffeners"], own.ribs.has_shape, strict=True)
         unknown = ", ".join(rib for rib, is_known in known if not is_known)

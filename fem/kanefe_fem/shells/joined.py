@@ -58,7 +58,11 @@ def with_stiffeners(model: FiniteElementModel, lines: Sequence[StiffenerLines]) 
         stress_stiffness=stress_stiffness,
         cells=(*model.cells, *(Cells("line3", one.nodes) for one in lines)),
         elasticity=replace(own, of_cell=np.append(own.of_cell, ribs.of_line), ribs=ribs),
-        provenance={**model.provenance, "stiffeners": {one.name: one.described for one in lines}},
+        provenance={
+            **model.provenance,
+            "stiffeners": {one.name: one.described for one in lines},
+            "stiffener_masses_kg": {one.name: one.mass for one in lines},
+        },
     )
 
 
@@ -131,7 +135,8 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
         stress_stiffness=partial(_stress_stiffness, parts),
         provenance={
             **shell.provenance,
-            "solids": {name: solid.provenance[name] for name in ("element", "materials", "nodes", "cells")},
+            "solids": {name: solid.provenance[name] for name in ("element", "materials", "nodes", "cells")}
+            | {"mass_kg": float(solid_field.mass.sum())},
             "seams": {"edges": seams.edges, "cells": seams.faces, "of the thickness on the solid": seams.on_solid},
             "nodes": count + len(solid.nodes),
             "dofs": size,

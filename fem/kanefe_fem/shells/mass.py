@@ -63,12 +63,11 @@ def _surface(nodes: np.ndarray, directors: Directors, blocks: Sequence[ShellCell
     """Return the points at one of the heights of each section, one for each side and height of a node."""
     sides, heights, matrices = [], [], []
     for block in blocks:
-        fraction, share = (np.array([one.points[i][number] for one in block.sections]) for i in range(2))
-        height = fraction[block.of_cell][:, None] * block.thickness
-        density = (share * [section.mass(0) for section in block.sections])[block.of_cell]
+        height, values, masses = _at_height(nodes, directors, block, number)
         sides.append(block.sides)
         heights.append(height)
-        matrices.append(_masses(nodes, directors, block, height, density))
+        pairs = np.einsum("pk,pl->pkl", values, values).reshape(len(values), -1)
+        matrices.append((masses @ pairs).reshape(-1, *2 * values.shape[1:]))
     side = np.concatenate([one.ravel() for one in sides])
     height = np.concatenate([one.ravel() for one in heights])
     key = np.stack((side.astype(float), np.round(height / max(np.abs(height).max(), 1e-300), 12)), axis=1)
@@ -84,10 +83,22 @@ def _surface(nodes: np.ndarray, directors: Directors, blocks: Sequence[ShellCell
     return _Surface(side[first], height[first], sp.csr_matrix((values, places), shape=(len(first),) * 2))
 
 
-def _masses(
-    nodes: np.ndarray, directors: Directors, block: ShellCells, height: np.ndarray, density: np.ndarray
-) -> np.ndarray:
-    """Return the mass matrices of points of cells at a height, shape (m, nodes per cell, nodes per cell)."""
+def masses_of_sections(nodes: np.ndarray, directors: Directors, blocks: Sequence[ShellCells]) -> np.ndarray:
+    """Return the mass of the cells of each section, kg, from the arguments of `mass_field`."""
+    total = np.zeros(max(len(block.sections) for block in blocks))
+    for block in blocks:
+        for number in range(3):
+            np.add.at(total, block.of_cell, _at_height(nodes, directors, block, number)[2].sum(axis=1))
+    return total
+
+
+def _at_height(
+    nodes: np.ndarray, directors: Directors, block: ShellCells, number: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return one of the heights of each section at nodes, shape functions (p, n), and masses of points (m, p), kg."""
+    fraction, share = (np.array([one.points[i][number] for one in block.sections]) for i in range(2))
+    height = fraction[block.of_cell][:, None] * block.thickness
+    density = (share * [section.mass(0) for section in block.sections])[block.of_cell]
     element = shape(block.cells.kind)
     points, weights = quadrature(block.cells.kind, DEGREE[block.cells.kind])
     values, gradients = element.values(points), element.gradients(points)
@@ -97,9 +108,7 @@ def _masses(
     tangents += (height @ values.T)[:, None, :, None] * bent
     # the volume between a surface and one a little higher: along the director, not the normal of the cell
     stretch = np.einsum("mpi,mpi->mp", np.cross(tangents[:, 0], tangents[:, 1]), values @ n)
-    scale = density[:, None] * (block.thickness @ values.T) * stretch * weights
-    pairs = np.einsum("pk,pl->pkl", values, values).reshape(len(points), -1)
-    return np.asarray((scale @ pairs).reshape(-1, *2 * values.shape[1:]))
+    return height, values, density[:, None] * (block.thickness @ values.T) * stretch * weights
 
 
 def _rows(node: np.ndarray, blocks: np.ndarray, count: int) -> sp.csr_matrix:

@@ -13,6 +13,7 @@ from kanefe.fe_model.model import MassField
 from kanefe.fe_model.shapes import measures, shape
 from kanefe_fem.materials.laminate import Laminate
 from kanefe_fem.shells.directors import Directors
+from kanefe_fem.shells.mass import masses_of_sections
 from kanefe_fem.shells.of_groups import ShellGroup
 from kanefe_fem.shells.problem import ShellCells
 from kanefe_fem.shells.sections import ShellSection
@@ -45,9 +46,9 @@ def shell_measures(
     Returns
     -------
     dict
-        "thickness" of each group, least and largest in m; "t/R" and "t/L", the worst, with their places and groups;
-        "rotary inertia", the part of the inertia about the centre of mass that the thickness makes; "bending" of each
-        group: see `of_bending`.
+        "thickness_m" of each group, least and largest, and its "mass_kg"; "t/R" and "t/L", the worst, with their places
+        and groups; "rotary inertia", the part of the inertia about the centre of mass that the thickness makes;
+        "bending" of each group: see `of_bending`.
     """
     curved = [_curvature(nodes, found, one) for one in cells]
     area, thinnest, thickest = (np.zeros(len(groups)) for _ in range(3))
@@ -66,6 +67,7 @@ def shell_measures(
     names = [group.name for group in groups]
     result = {
         "thickness_m": {name: [float(a), float(b)] for name, a, b in zip(names, thinnest, thickest, strict=True)},
+        "mass_kg": dict(zip(names, masses_of_sections(nodes, found, cells).tolist(), strict=True)),
         "t/R": {"value": worst, "group": names[where], "at": place.round(9).tolist()},
         "t/L": {"value": float(by_size[stubby]), "group": names[stubby]},
         "rotary inertia": _rotary(field),
@@ -171,8 +173,9 @@ def told_of_waves(provenance: Mapping[str, Any]) -> list[str]:
 def told(provenance: Mapping[str, Any]) -> list[str]:
     """Return the lines that a body of this record prints."""
     found = provenance["shell"]
-    thickness = ", ".join(
-        f"{name} {1e3 * low:.4g}{f' to {1e3 * high:.4g}' if high > low * (1.0 + 1e-9) else ''} mm"
+    thickness = "; ".join(
+        f"{name} {1e3 * low:.4g}{f' to {1e3 * high:.4g}' if high > low * (1.0 + 1e-9) else ''} mm, "
+        f"{found['mass_kg'][name]:.4g} kg"
         for name, (low, high) in found["thickness_m"].items()
     )
     curved = found["t/R"]
@@ -186,8 +189,13 @@ def told(provenance: Mapping[str, Any]) -> list[str]:
     by_section: dict[str, list[str]] = {}
     for name, section in provenance.get("stiffeners", {}).items():
         by_section.setdefault(section, []).append(name)
-    lines += [f"stiffener {', '.join(names)}: {section}" for section, names in by_section.items()]
+    for section, names in by_section.items():
+        masses = [provenance["stiffener_masses_kg"][name] for name in names]
+        lines.append(f"stiffener {', '.join(names)}: {section}, {sum(masses):.4g} kg")
     if "seams" in provenance:
-        seams = provenance["seams"]
-        lines.append(f"on solids: {seams['edges']} edges, {seams['cells']} cells")
+        seams, solids = provenance["seams"], provenance["solids"]
+        lines.append(
+            f"solid {', '.join(solids['materials'])}: {solids['mass_kg']:.4g} kg; on it {seams['edges']} edges and "
+            f"{seams['cells']} cells of the shell"
+        )
     return lines

@@ -107,6 +107,11 @@ class StiffenerLines:
         return self.stiffener.section.mass_of(self.stiffener.material)
 
     @property
+    def mass(self) -> float:
+        """Mass of the stiffener, kg."""
+        return float(self.line_mass.rho_A * sum(at.weight.sum() for at in self.stations("mass")))
+
+    @property
     def section_stiffness(self) -> np.ndarray:
         """Stiffness of the section as far as its foot holds it, shape (6, 6).
 

@@ -7,7 +7,18 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError
-from kanefe_fem import Material, Rectangle, Section, Stiffener, box_mesh, recover, shell_body, surface_mesh
+from kanefe_fem import (
+    Material,
+    Orthotropic,
+    Rectangle,
+    Section,
+    Stiffener,
+    Strengths,
+    box_mesh,
+    recover,
+    shell_body,
+    surface_mesh,
+)
 from kanefe_fem.recovery.rib_fields import UNIAXIAL
 from kanefe_fem.recovery.scalars import SCALARS
 from kanefe_fem.verification.joined_shells import on_box, with_side
@@ -32,11 +43,11 @@ def at_rest(body, name, load):
     return kf.equilibrium(scene)
 
 
-def ribbed(section=RIB, cells=4):
+def ribbed(section=RIB, cells=4, sheet=PLAIN):
     mesh = strip(cells=cells)
     mesh = with_side(mesh, "rib", np.abs(mesh.nodes[:, 1]) < 1e-9)
     rib = Stiffener(section, PLAIN, offset="above" if section is RIB else 0.02)
-    return shell_body(mesh, PLAIN, {"root": "clamped", "tip": "rigid"}, THICK, STATICS, beams={"rib": rib})
+    return shell_body(mesh, sheet, {"root": "clamped", "tip": "rigid"}, THICK, STATICS, beams={"rib": rib})
 
 
 def half_and_half():
@@ -101,6 +112,24 @@ def test_the_worst_at_a_node_is_that_of_the_rib_beside_it(bent):
     np.testing.assert_allclose(recover(bent, "part", material="body").von_mises, abs(bending(-THICK / 2.0)), rtol=1e-6)
 
 
+def test_the_sheet_beside_a_rib_fails_where_it_is_compressed():
+    """In one direction Tsai and Wu's index is the stress over the strength of its sign."""
+    strengths = Strengths(Xt=400e6, Xc=100e6, Yt=400e6, Yc=100e6, S=80e6)
+    sheet = Orthotropic(
+        E1=70e9, E2=70e9, E3=70e9, nu12=0.0, nu13=0.0, nu23=0.0, G12=35e9, G13=35e9, G23=35e9, rho=2700.0,
+        strengths=strengths,
+    )  # fmt: skip
+    rest = at_rest(ribbed(sheet=sheet), "tip", bend)
+    for name in ("tsai_wu", "max_stress"):
+        worst = recover(rest, "part").envelope(name)
+        np.testing.assert_allclose(worst.values, -bending(-THICK / 2.0) / 100e6, rtol=1e-6)
+    below, middle, above = (recover(rest, "part", face=face) for face in ("bottom", "middle", "top"))
+    for fields, z in ((below, -THICK / 2.0), (middle, 0.0), (above, THICK / 2.0)):
+        np.testing.assert_allclose(fields.von_mises, abs(bending(z)), rtol=1e-6)
+        np.testing.assert_allclose(fields.stress_in_layer()[..., 0], bending(z), rtol=1e-6)
+        np.testing.assert_allclose(fields.gauge((0.2, 0.01, z), (1, 0, 0)), bending(z) / 70e9, rtol=1e-6)
+
+
 def test_scalars_of_fibres_are_those_of_a_tensor():
     stress = np.array((-3.0, 0.0, 5.0))
     tensors = stress[:, None] * np.eye(6)[0]
@@ -157,6 +186,8 @@ def test_a_file_brings_the_stresses_of_ribs_back(bent, tmp_path):
     result.save(tmp_path / "run.h5")
     first, second = (recover(one, "part", material="rib") for one in (result, kf.load_result(tmp_path / "run.h5")))
     assert np.abs(first.fibre_stress()).max() > 0.0
+    with pytest.warns(AccuracyWarning, match="its stiffeners are left out"):
+        recover(result, "part", face="top").damage(kf.fatigue.SNCurve(160e6, 1e6, 5, 9))
     np.testing.assert_array_equal(first.fibre_stress(), second.fibre_stress())
     np.testing.assert_array_equal(first.von_mises, second.von_mises)
 
@@ -177,6 +208,11 @@ def test_a_file_brings_the_stresses_of_ribs_back(bent, tmp_path):
 def test_what_there_is_not_is_refused(bent, material, call, words):
     with pytest.raises(ModelError, match=words):
         call(recover(bent, "part", material=material))
+
+
+def test_a_stiffener_has_no_face(bent):
+    with pytest.raises(ModelError, match="material='rib' of 'part' is no shell and has no face"):
+        recover(bent, "part", material="rib", face="top")
 
 
 def test_sections_without_shape_are_told():

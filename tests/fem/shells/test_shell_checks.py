@@ -81,7 +81,7 @@ def test_a_body_prints_what_it_is():
     body = shell_body(PLATE, STEEL, {"root": "clamped"}, 2e-3, kf.CraigBampton(modes=2))
     text = str(body)
     assert repr(body) in text
-    assert "thickness body 2 mm" in text
+    assert f"thickness body 2 mm, {7850.0 * 0.5 * 2e-3:.4g} kg" in text
     assert "0 nodes on folds, 0 cells turned" in text
     assert "t/L up to 0.0028" in text
 

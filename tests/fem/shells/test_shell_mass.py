@@ -57,8 +57,10 @@ def moments(field):
 def test_mass_and_inertia_are_those_of_the_volume(surface):
     mesh = grid(surface, 5, 4, distort=0.1)
     t = 0.02
-    found = moments(shell_model(mesh, STEEL, t).mass_field)
+    model = shell_model(mesh, STEEL, t)
+    found = moments(model.mass_field)
     expected = volume(mesh, (-t / 2.0, t / 2.0), (STEEL.rho,))
+    assert model.provenance["shell"]["mass_kg"] == {"body": pytest.approx(found[0], rel=1e-12)}
     assert found[0] == pytest.approx(expected[0], rel=1e-10)
     np.testing.assert_allclose(found[1], expected[1], atol=1e-10 * expected[0])
     np.testing.assert_allclose(found[2], expected[2], atol=1e-10 * expected[0])
