@@ -1,6 +1,6 @@
 # make demo, make test: each does all the set-up it needs. On Debian 12 or newer, as root or with sudo.
 .DEFAULT_GOAL := help
-.PHONY: help setup kernels with-tests demo test test-slow test-latest test-install docs stress bench bench-engine bench-fem player lint types layers clean
+.PHONY: help setup kernels with-tests demo test test-slow test-latest test-install docs stress bench bench-engine bench-fem test-mpi player lint types layers clean
 
 help:            ## this list
 	@sed -n 's/^\([a-z-]*\): *\(.*\)## */  make \1\t/p' Makefile | expand -t 22
@@ -22,6 +22,9 @@ test: with-tests ## set up, then run all the tests, on two cores
 
 test-slow: with-tests ## the long cases that `make test` leaves out, on two cores
 	@KANEFE_TEST_REQUIRE="fenicsx gmsh dask urdf mjcf collision" bash .ci/in-env .venv python -m pytest -q -n 2 --dist loadfile -m slow
+
+test-mpi: with-tests ## bodies made by two processes of MPI, on the dolfinx of .venv and, where it is set up, of .venv-latest
+	@for env in .venv $(wildcard .venv-latest); do bash .ci/in-env $$env python -m pytest -q -m mpi tests/fem/processes || exit 1; done
 
 test-latest:     ## the finite element tests on the newest dolfinx, in .venv-latest (Python >= 3.12)
 	@bash .ci/test-latest

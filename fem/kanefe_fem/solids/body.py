@@ -407,7 +407,13 @@ def _assembly(mesh: Mesh, materials: CellMaterials, team: Team | None) -> Any:
     from kanefe_fem.solids import problem as solid_problem
 
     if mesh.kind in _fenicsx.SHAPES and len(mesh.kinds) == 1:
-        assemble = solid_problem.assemble if team is None else partial(on_processes.assemble, team)
+        assemble: Any = solid_problem.assemble
+        if team is not None:
+            groups = {
+                name: np.unique(np.concatenate([b.nodes.ravel() for b in blocks]))
+                for name, blocks in mesh.facets.items()
+            }
+            assemble = partial(on_processes.assemble, team, groups=groups)
         return assemble(
             mesh.nodes,
             mesh.connectivity,

@@ -7,7 +7,7 @@ numbered as in one process, by spaces on the whole mesh of the leader without ma
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.errors import ModelError
+from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import StressStiffness
 from kanefe.fe_model.shapes import kind_of_order, shape
 from kanefe_fem import _fenicsx
@@ -98,8 +98,23 @@ def assemble(
     straight: bool,
     moduli: Moduli,
     density: np.ndarray,
+    groups: Mapping[str, np.ndarray],
 ) -> SharedAssembly:
-    """Assemble stiffness and mass on all processes of a team; the other arguments are those of one process."""
+    """Assemble stiffness and mass on all processes of a team.
+
+    Parameters
+    ----------
+    team : Team
+    nodes, connectivity, kind, straight, moduli, density
+        Those of `kanefe_fem.solids.problem.assemble`.
+    groups : dict of str to ndarray of int
+        Nodes of groups of facets, for messages.
+
+    Raises
+    ------
+    MeshError
+        If a node is not on just one process.
+    """
     clock = [time.perf_counter()]
     team.run(_loaded)
     fx = _fenicsx.load()
@@ -112,6 +127,7 @@ def assemble(
     place = np.empty(len(order), dtype=np.int64)
     place[order] = np.arange(len(order))
     nodes_of, owned, scalar_owned = ([place[one] for one in parts] for parts in numbers)
+    check_owned(owned, nodes[order], {name: place[one] for name, one in groups.items()})
     number, mass_rows = team.run(_matrices, part)
     scalar_order = np.concatenate(scalar_owned)
     d = shape(kind).dimension
@@ -132,6 +148,27 @@ def assemble(
         seconds=dict(zip(stages, np.diff(clock).tolist(), strict=True)),
         versions=fx.versions,
     )
+
+
+def check_owned(owned: Sequence[np.ndarray], nodes: np.ndarray, groups: Mapping[str, np.ndarray]) -> None:
+    """Raise a MeshError if a node is not on just one process; it names the groups with such nodes.
+
+    Parameters
+    ----------
+    owned : sequence of ndarray of int
+        Nodes of each process.
+    nodes : ndarray, shape (n, 3)
+    groups : dict of str to ndarray of int
+        Nodes of groups of facets.
+    """
+    wrong = np.flatnonzero(np.bincount(np.concatenate(owned), minlength=len(nodes)) != 1)
+    if len(wrong):
+        names = ", ".join(repr(name) for name, one in groups.items() if np.isin(one, wrong).any())
+        where = ", ".join(f"{x:.4g}" for x in nodes[wrong[0]])
+        raise MeshError(
+            f"{len(wrong)} nodes are on no process or on several, among them node {wrong[0]} at ({where}) m"
+            f"{f', and nodes of {names}' if names else ''}. Remedy: fewer processes, or none"
+        )
 
 
 def refuse_one_process(of_model: Mapping[str, Any], of_body: Mapping[str, Any]) -> None:

@@ -118,6 +118,17 @@ def test_what_one_process_does_alone_is_named() -> None:
         refuse_one_process(model, {"reduction": None})
 
 
+def test_groups_that_no_process_has_are_named() -> None:
+    from kanefe_fem.solids.on_processes import check_owned
+
+    nodes, groups = np.zeros((4, 3)), {"root": np.array([0, 1]), "tip": np.array([3])}
+    check_owned([np.array([2, 0]), np.array([1, 3])], nodes, groups)
+    with pytest.raises(kf.KanefeError, match=r"1 nodes .* node 3 at .* nodes of 'tip'"):
+        check_owned([np.array([2, 0]), np.array([1])], nodes, groups)
+    with pytest.raises(kf.KanefeError, match=r"node 0 at .* nodes of 'root'"):
+        check_owned([np.array([2, 0]), np.array([0, 1, 3])], nodes, groups)
+
+
 def test_a_number_is_no_communicator() -> None:
     with pytest.raises(kf.ModelError, match="not a communicator"):
         solid_body(box_mesh((1.0, 0.1, 0.1), (2, 1, 1)), Material(E=1e9, nu=0.3, rho=1e3), {}, comm=2)
