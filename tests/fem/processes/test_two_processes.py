@@ -80,6 +80,8 @@ def test_the_body_is_that_of_one_process(kind: str, tmp_path: Path) -> None:
     assert np.array_equal(two.nodes, one.nodes)
     assert two.provenance["processes"]["count"] == 2
     assert 0.0 < two.provenance["processes"]["residuals"]["statics"] < 1e-8
+    # differences of two compliances of a patch, whose rows come from both processes
+    assert two.provenance["tie_errors"] == pytest.approx(one.provenance["tie_errors"], rel=1e-6)
     pairs = {"stiffness": (two.stiffness, one.stiffness), "basis": (two.basis, one.basis)}
     pairs |= {name: (getattr(two.moments, name), getattr(one.moments, name)) for name in ("second", "shape_product")}
     if stiffening != "none":
