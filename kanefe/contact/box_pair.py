@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.contact.geometry.shape import Probe
 from kanefe.frames import Vector
-from kanefe.kernels.contact.contact_boxes import EDGES, SLOTS
+from kanefe.kernels.contact.contact_boxes import SLOT
 
 CORNER_SHARE, EDGE_SHARE = 0.25, 0.5
 
@@ -14,6 +14,6 @@ CORNER_SHARE, EDGE_SHARE = 0.25, 0.5
 def box_probes(half: Vector) -> tuple[Probe, ...]:
     """Return the slots of a box of given half sizes that touches a box: see `kanefe.kernels.contact.contact_boxes`."""
     return tuple(
-        Probe(np.zeros(3), 0.0, EDGE_SHARE if slot == EDGES else CORNER_SHARE, -1.0 - slot, half)
-        for slot in range(SLOTS)
+        Probe(np.zeros(3), 0.0, EDGE_SHARE if slot == SLOT.edges else CORNER_SHARE, -1.0 - slot, half)
+        for slot in range(SLOT.slots)
     )

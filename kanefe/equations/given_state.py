@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
-from kanefe.kernels.constraints.tolerances import LARGEST_OPENING
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe.tree.body_terms import BodyTerms
 from kanefe.tree.model_data import ModelData
 
@@ -166,7 +166,7 @@ def _check_closed(model: Model, t: float, q: Vector, u: Vector, z: Vector, what:
     sizes = np.abs(rates.J) @ np.abs(full[: rates.J.shape[1]])
     labels = [f"{constraint.title} ({row.label})" for constraint, row in held_rows(state)]
     # the projection of a run leaves 1e-12, its dense output between steps up to the tolerance of the run
-    bad = (np.abs(opened) > 1e3 * LARGEST_OPENING) | (np.abs(slipping) > 1e-4 * np.maximum(sizes, 1e-3))
+    bad = (np.abs(opened) > 1e3 * CLOSING.largest_opening) | (np.abs(slipping) > 1e-4 * np.maximum(sizes, 1e-3))
     if bad.any():
         worst = int(np.flatnonzero(bad)[0])
         raise ModelError(

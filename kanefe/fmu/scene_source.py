@@ -17,7 +17,7 @@ from kanefe.kernels.compiler.entries import Call
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.events.watched_run import Does
 from kanefe.kernels.scene import memory_size
-from kanefe.kernels.steppers.step_commands import NO_INERTIA, STATE, Command, Step
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, VECTOR, Command, Step
 from kanefe.kernels.sweeps.drives import Drives, Piece
 from kanefe.kernels.sweeps.outward import motions_of_rows
 from kanefe.kernels.values.records import column
@@ -247,7 +247,8 @@ class _Tables:
             "CALLED_COUNT": len(image.called),
             "FUNCTION_COUNT": len(image.functions),
         }
-        counts |= {name: Command[name].value for name in COMMANDS.split()} | {"NO_INERTIA": NO_INERTIA, "STATE": STATE}
+        counts |= {name: Command[name].value for name in COMMANDS.split()}
+        counts |= {"NO_INERTIA": NO_INERTIA, "STATE": VECTOR.state}
         counts |= {name: column(Step, name.lower()) for name in PLACES.split()}
         self.lines += [c.define(name, value) for name, value in counts.items()]
         self.lines += [

@@ -7,17 +7,7 @@ import time
 
 import numpy as np
 
-from kanefe.kernels.steppers.step_times import (
-    CLASSES_PER_OCTAVE,
-    CLOCK,
-    CLOCK_NUMBER,
-    COUNTED,
-    FIRST_CLASS,
-    LAST_LOOK,
-    LONGEST,
-    PLACES,
-    add_length,
-)
+from kanefe.kernels.steppers.step_times import AT, CLASSES_PER_OCTAVE, PLACES, add_length
 
 SHARE = 0.999
 """Share of the steps that take no longer than the time that is told."""
@@ -41,8 +31,8 @@ class StepTimes:
             clock = ctypes.CDLL(None).clock_gettime
         except (AttributeError, OSError, TypeError):
             return
-        self.places[CLOCK] = ctypes.cast(clock, ctypes.c_void_p).value or 0
-        self.places[CLOCK_NUMBER], self.places[LAST_LOOK] = time.CLOCK_MONOTONIC, 0
+        self.places[AT.clock] = ctypes.cast(clock, ctypes.c_void_p).value or 0
+        self.places[AT.clock_number], self.places[AT.last_look] = time.CLOCK_MONOTONIC, 0
 
     def add(self, seconds: float) -> None:
         """Count a step."""
@@ -51,8 +41,8 @@ class StepTimes:
     @property
     def told(self) -> list[float]:
         """The time that 99.9 % of the steps did not exceed, to 4 %, and the longest, s; empty without steps."""
-        count, longest = int(self.places[COUNTED]), 1e-9 * float(self.places[LONGEST])
+        count, longest = int(self.places[AT.counted]), 1e-9 * float(self.places[AT.longest])
         if count == 0:
             return []
-        number = int(np.searchsorted(np.cumsum(self.places[FIRST_CLASS:]), SHARE * count))
+        number = int(np.searchsorted(np.cumsum(self.places[AT.first_class :]), SHARE * count))
         return [min(1e-9 * 2.0 ** ((number + 1) / CLASSES_PER_OCTAVE), longest), longest]

@@ -15,7 +15,7 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import mass_matrix
-from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, TOLERANCE
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe.literal.loop_closure import Position, StepOf, by_metric, closed, open_constraints, openings
 from kanefe.states.constrained_solver import constrained_solver
 from kanefe.states.constraints import constraint_rates, held_rows
@@ -25,7 +25,7 @@ from kanefe.tree.row_rates import RANK_TOLERANCE, ROUND_OFF, Rates
 from kanefe.tree.scales import displacement_scales, modal_frequencies
 from kanefe.tree.tangents import elastic_stiffness
 
-HELD_RATE = 100 * TOLERANCE
+HELD_RATE = 100 * CLOSING.tolerance
 """Largest rate of a row that counts as held, relative to what it could be at speeds of such size."""
 
 OPEN_RATE = 1e-6
@@ -70,7 +70,7 @@ def consistent_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
 
 def _consistent_coordinates(model: ModelData, t: float, q: Vector) -> Vector:
     start = openings(model, t, q)
-    if start.worst <= TOLERANCE:
+    if start.worst <= CLOSING.tolerance:
         return q
     stiffness = STIFF / (_lowest_square(model, np.arange(model.free_count)) or 1.0) * elastic_stiffness(model)
     best = start
@@ -78,7 +78,7 @@ def _consistent_coordinates(model: ModelData, t: float, q: Vector) -> Vector:
         # always from the start: where an attempt gave up, joints may have turned far
         step = by_metric(np.concatenate(groups), stiffness)
         found = closed(start, step)
-        if found.worst <= TOLERANCE:
+        if found.worst <= CLOSING.tolerance:
             return _relaxed(found, step, groups).state.q
         best = min(best, found, key=lambda position: position.worst)
     raise ModelError(f"the scene cannot be assembled: {_why_open(best)}")
@@ -94,7 +94,7 @@ def _relaxed(position: Position, step: StepOf, groups: Groups) -> Position:
     """Return the closed position nearby in which elastic coordinates are as in statics: of the least strain energy."""
     model, n = position.state.model, position.state.model.free_count
     K, bend = elastic_stiffness(model), _bend(position.state)
-    for _ in range(LARGEST_ITERATIONS):
+    for _ in range(CLOSING.largest_iterations):
         energy = float(bend @ K @ bend)
         if energy == 0.0:
             break
@@ -102,7 +102,7 @@ def _relaxed(position: Position, step: StepOf, groups: Groups) -> Position:
         back = _least_step(position.state, rows, position.residuals, groups, K @ bend)
         found = closed(openings(model, position.state.t, model.advance(position.state.q, back)), step)
         bend = _bend(found.state)
-        if found.worst > TOLERANCE or not float(bend @ K @ bend) < (1.0 - RELAXED) * energy:
+        if found.worst > CLOSING.tolerance or not float(bend @ K @ bend) < (1.0 - RELAXED) * energy:
             break
         position = found
     return position
@@ -293,7 +293,7 @@ def _why_open(position: Position) -> str:
     for name in dict.fromkeys(names[turning].tolist()):
         kept = position.rows[~(turning & (names == name))]
         found = closed(openings(model, state.t, start, state.z, kept), step)
-        if found.worst <= TOLERANCE:
+        if found.worst <= CLOSING.tolerance:
             left = openings(model, state.t, found.state.q, state.z)
             worst = int(np.abs(left.openings).argmax())
             constraint, row = held[left.rows[worst]]

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kanefe.contact.rigid.rigid_contact import AT_REST, OPEN, REPORTED_CHANGES, SLIPS, STICKS, TAKEN
+from kanefe.contact.rigid.rigid_contact import OPEN, REPORTED_CHANGES, SLIPPING, SLIPS, STICKS, TAKEN
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import accelerations
@@ -136,5 +136,5 @@ def _write(
         if contact.friction is not None and slip <= still:
             contact.with_status(own, i, STICKS, met.place)
         else:
-            along = AT_REST / slip * after[rows][1:] @ met.axes[1:] @ A if slip > 0.0 else np.zeros(3)
+            along = SLIPPING.at_rest / slip * after[rows][1:] @ met.axes[1:] @ A if slip > 0.0 else np.zeros(3)
             contact.with_status(own, i, SLIPS, along)

@@ -13,13 +13,7 @@ import numpy as np
 from kanefe.errors import SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kane.assemble import mass_matrix
-from kanefe.kernels.constraints.tolerances import (
-    LARGEST_ITERATIONS,
-    LARGEST_OPENING,
-    LARGEST_STEP,
-    MOST_HALVINGS,
-    TOLERANCE,
-)
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe.states.constrained_solver import constrained_solver
 from kanefe.states.constraints import constraint_rates, constraint_residuals, held_rows, place_rows
 from kanefe.states.state import State
@@ -88,7 +82,7 @@ def _positioned(state: State, stiffness: Matrix | None) -> Vector:
     metric = np.zeros((model.free_count, model.free_count)) if stiffness is None else stiffness
     last_digit = 0.0 if model.constraints else CONTACT_TOLERANCE
     found = closed(_position(state), by_metric(np.arange(model.free_count), metric), last_digit)
-    if found.worst > LARGEST_OPENING:
+    if found.worst > CLOSING.largest_opening:
         raise SimulationError(
             f"at t = {state.t:.6g} s the mechanism cannot continue: {open_constraints(found)}. "
             "Remedy: check that driven joints stay within its reach"
@@ -100,7 +94,7 @@ def closed_coordinates(model: ModelData, t: float, q: Vector) -> Vector | None:
     """Return the coordinates near q at which the loops are closed at time t (s), switched as at the start; or None."""
     n = model.free_count
     found = closed(openings(model, t, q), by_metric(np.arange(n), np.zeros((n, n))))
-    return found.state.q if found.worst <= TOLERANCE else None
+    return found.state.q if found.worst <= CLOSING.tolerance else None
 
 
 def project_speeds(
@@ -166,11 +160,11 @@ def by_metric(columns: np.ndarray, stiffness: Matrix) -> StepOf:
     return step
 
 
-def closed(position: Position, step_of: StepOf, tolerance: float = TOLERANCE) -> Position:
+def closed(position: Position, step_of: StepOf, tolerance: float = CLOSING.tolerance) -> Position:
     """Return the position after Newton's iteration by steps of the free speeds."""
     model = position.state.model
-    limits = LARGEST_STEP * joint_scales(model, scene_length(model))
-    for _ in range(LARGEST_ITERATIONS):
+    limits = CLOSING.largest_step * joint_scales(model, scene_length(model))
+    for _ in range(CLOSING.largest_iterations):
         if position.worst <= tolerance:
             break
         step = step_of(position)
@@ -179,7 +173,7 @@ def closed(position: Position, step_of: StepOf, tolerance: float = TOLERANCE) ->
         if better is None:
             break
         # closed but for round-off, which gets less by chance: Newton's method would have taken away nearly all
-        has_settled = better.worst <= TOLERANCE and better.worst > 0.5 * position.worst
+        has_settled = better.worst <= CLOSING.tolerance and better.worst > 0.5 * position.worst
         position = better
         if has_settled:
             break
@@ -190,7 +184,7 @@ def _shortened(step: Vector, position: Position) -> Position | None:
     """Return the position after the step, halved until the loops open less than before; None if no step does that."""
     state, before = position.state, float(position.openings @ position.openings)
     # what is closed but for round-off gets better by a whole step or not at all
-    for _ in range(MOST_HALVINGS if position.worst > TOLERANCE else 1):
+    for _ in range(CLOSING.most_halvings if position.worst > CLOSING.tolerance else 1):
         found = openings(state.model, state.t, state.model.advance(state.q, step), state.z, position.rows)
         if float(found.openings @ found.openings) < before:
             return found
@@ -203,7 +197,7 @@ def open_constraints(position: Position) -> str:
     worst: dict[str, tuple[float, str]] = {}
     rows = (held_rows(position.state)[i] for i in position.rows)
     for (constraint, row), size, g in zip(rows, np.abs(position.openings), position.residuals, strict=True):
-        if size > max(TOLERANCE, worst.get(constraint.name, (0.0, ""))[0]):
+        if size > max(CLOSING.tolerance, worst.get(constraint.name, (0.0, ""))[0]):
             text = f"{constraint.title} stays open by {abs(g):.3g} {row.unit} ({row.label})"
             worst[constraint.name] = float(size), text
     found = sorted(worst.values(), reverse=True)

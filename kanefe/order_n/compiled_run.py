@@ -15,7 +15,7 @@ from kanefe.kernels.events.closing_call import ClosingCall
 from kanefe.kernels.events.watched_run import WatchedRun
 from kanefe.kernels.steppers.integration import JacobianCall, Scene, integrate
 from kanefe.kernels.steppers.sampling import pass_samples, progress_of
-from kanefe.kernels.steppers.step_commands import NO_INERTIA, STATE, Command, Run, StepArrays, step_of
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, VECTOR, Command, Run, StepArrays, step_of
 from kanefe.kernels.sweeps.drives import Drives
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.order_n.lookouts import Lookouts
@@ -127,7 +127,8 @@ class CompiledRun:
     def _begun(self, run: Run) -> Call:
         """Return the call that continues a run; the arrays of outputs may be others each time."""
         route = self._route
-        self._inputs[:] = route.inputs.begun(route.parts(run.vectors[STATE])[2])  # controllers hold what is in STATE
+        # controllers hold what is in the state
+        self._inputs[:] = route.inputs.begun(route.parts(run.vectors[VECTOR.state])[2])
         if self._going is None:
             self._going = self._integrate.prepared(run)
         elif self._given is not run:

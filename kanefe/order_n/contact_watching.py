@@ -10,7 +10,7 @@ from kanefe.kernels.constraints.contact_margins import LeastMargins, Looked, wat
 from kanefe.kernels.evaluation.evaluation import AT_TIME
 from kanefe.kernels.loads.telling import States
 from kanefe.kernels.scene import work_in
-from kanefe.kernels.steppers.step_commands import SLOPE
+from kanefe.kernels.steppers.step_commands import VECTOR
 from kanefe.kernels.values.records import column
 from kanefe.order_n.evaluated import Evaluated
 from kanefe.tree.model_data import QUADRATURES
@@ -32,7 +32,7 @@ class ContactLook:
         model = route.model
         size = model.coordinate_count + model.free_count + model.state_count + QUADRATURES
         self.drives, self.inputs = np.zeros((len(model.drives), 3)), np.zeros_like(route.inputs.constants)
-        self.vectors = np.zeros((SLOPE + 1, size))
+        self.vectors = np.zeros((VECTOR.slope + 1, size))
         kernel = route.kernel_in_space
         self.call = kernel.prepared(self.drives, self.inputs, self.vectors, np.empty(kernel.memory_size))
         memory = self.call.arguments[-1]

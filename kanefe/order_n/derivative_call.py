@@ -9,7 +9,7 @@ from kanefe.kernels.compiler.entries import LATER, Call
 from kanefe.kernels.evaluation.derivatives import derivatives
 from kanefe.kernels.evaluation.evaluation import ASKED, AT_TIME, evaluate
 from kanefe.kernels.scene import Scene, memory_size
-from kanefe.kernels.steppers.step_commands import AT
+from kanefe.kernels.steppers.step_commands import VECTOR
 
 
 class DerivativeCall:
@@ -41,7 +41,7 @@ class DerivativeCall:
     ) -> tuple[bool, Matrix]:
         """Return whether the mass matrix was regular, and derivatives of dy/dt along the rows of directions."""
         self.evaluation.numbers[AT_TIME] = t
-        self.vectors[AT], self.drives[:], self.inputs[:] = y, drives, inputs
+        self.vectors[VECTOR.at], self.drives[:], self.inputs[:] = y, drives, inputs
         along = np.ascontiguousarray(directions, dtype=float)
         found = np.empty_like(along)
         return bool(self._bound(along, found)), found

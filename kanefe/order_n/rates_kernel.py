@@ -17,7 +17,7 @@ from kanefe.kernels.evaluation.evaluation import (
     SHARE_OF_RATES,
     SHARE_OF_STIFFNESS,
 )
-from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE, STIFFNESS_DIRECTION
+from kanefe.kernels.steppers.step_commands import RATES, VECTOR
 from kanefe.tree.model_data import QUADRATURES
 
 
@@ -78,7 +78,7 @@ class RatesKernel:
 
     def new_call(self) -> RatesCall:
         """Return a call that its user keeps."""
-        vectors = np.zeros((STIFFNESS_DIRECTION + 1, self._state_size))
+        vectors = np.zeros((VECTOR.stiffness_direction + 1, self._state_size))
         return RatesCall(self, vectors, np.zeros((self._driven, 3)), self._constants.copy())
 
 
@@ -102,7 +102,7 @@ class RatesCall:
     """
 
     def __init__(self, kernel: RatesKernel, vectors: np.ndarray, drives: np.ndarray, inputs: np.ndarray) -> None:
-        self.vectors, self.at, self.slope = vectors, vectors[AT], vectors[SLOPE]
+        self.vectors, self.at, self.slope = vectors, vectors[VECTOR.at], vectors[VECTOR.slope]
         self.state, self.rates = self.at[:-QUADRATURES], self.slope[:-QUADRATURES]
         self.drives, self.inputs = drives, inputs
         self.call = kernel.prepared(drives, inputs, vectors, np.empty(kernel.memory_size))

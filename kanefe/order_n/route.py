@@ -15,12 +15,12 @@ import numpy as np
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import LATER, Bound
-from kanefe.kernels.constraints.closing import CLOSED, close_state, closing_memory_size
+from kanefe.kernels.constraints.closing import ENDED, close_state, closing_memory_size
 from kanefe.kernels.constraints.least_forces import LEAST_GAIN
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.evaluation.evaluation import evaluate
 from kanefe.kernels.evaluation.momenta import balance, balances_of_states
-from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, SLOPE, Run, StepArrays, step_of
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, NOT_FINITE, VECTOR, Run, StepArrays, step_of
 from kanefe.order_n.derivative_call import DerivativeCall
 from kanefe.order_n.rates_kernel import RatesCall, RatesKernel
 from kanefe.order_n.scene_in_tables import SceneInTables
@@ -166,12 +166,12 @@ class OrderN(SceneInTables):
         if weakest >= NEAR_SINGULAR:
             return weakest
         if weakest == 0.0:
-            vectors[SLOPE], weakest, _ = self.evaluate(t, vectors[AT])
+            vectors[VECTOR.slope], weakest, _ = self.evaluate(t, vectors[VECTOR.at])
         else:
-            asked = vectors[AT].copy()
-            vectors[AT] = self.projected(t, asked)
+            asked = vectors[VECTOR.at].copy()
+            vectors[VECTOR.at] = self.projected(t, asked)
             self.sweep(t, vectors, *shares)
-            vectors[AT] = asked
+            vectors[VECTOR.at] = asked
         return weakest
 
     def sweep(
@@ -186,7 +186,7 @@ class OrderN(SceneInTables):
         call.vectors[:] = vectors
         call.share(True, share_damping, share_stiffness, share_of_rates)
         weakest = self._sweep(call, t)
-        vectors[SLOPE] = call.slope
+        vectors[VECTOR.slope] = call.slope
         call.share(False, 0.0, 0.0, 0.0)
         kernel.give_back(call)
         return weakest
@@ -286,7 +286,7 @@ class OrderN(SceneInTables):
             closed = np.array(y, dtype=float)
             memory = np.empty(closing_memory_size(self.scene))
             ended, _ = self.closing(share, self.drives(t), closed, memory)
-            if ended == CLOSED:
+            if ended == ENDED.closed:
                 return closed
         return super().projected(t, y, share)
 

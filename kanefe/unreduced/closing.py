@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.constraints.rows import METRE
 from kanefe.errors import ModelError, SimulationError
 from kanefe.frames import Vector
-from kanefe.kernels.constraints.tolerances import LARGEST_OPENING, TOLERANCE
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe.literal.consistent_start import consistent_start
 from kanefe.states.constraints import constraint_rates, constraint_residuals, held_rows
 from kanefe.tree.model_data import ModelData
@@ -71,12 +71,12 @@ def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered:
         g = constraint_residuals(state)
         scales = np.array([length if row.unit == METRE else 1.0 for _, row in held_rows(state)])
         worst = float(np.abs(g / scales).max(initial=0.0))
-        if worst <= TOLERANCE or worst >= last:
+        if worst <= CLOSING.tolerance or worst >= last:
             break
         last = worst
         step = bordered.solve(np.zeros(small.free_count), None, g)
         q = model.advance(q, condensed.joined(step.z, step.parts))
-    if worst > LARGEST_OPENING:
+    if worst > CLOSING.largest_opening:
         raise SimulationError(
             f"at t = {t:.6g} s the mechanism cannot continue: a loop stays open by {worst:.3g} of its size. "
             "Remedy: check that driven joints stay within its reach"
@@ -86,7 +86,7 @@ def closed_state(condensed: Condensed, t: float, q: Vector, u: Vector, bordered:
         rows = constraint_rates(state)
         open_rates = rows.J @ state.full[: rows.J.shape[1]]
         sizes = rows.sizes(state.full[: rows.J.shape[1]])
-        if np.all(np.abs(open_rates) <= 100 * TOLERANCE * sizes):
+        if np.all(np.abs(open_rates) <= 100 * CLOSING.tolerance * sizes):
             break
         step = bordered.solve(np.zeros(small.free_count), None, open_rates)
         u = u + condensed.joined(step.z, step.parts)

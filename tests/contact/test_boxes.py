@@ -9,7 +9,7 @@ import kanefe as kf
 from kanefe import shapes
 from kanefe.frames import rotation_matrix
 from kanefe.integrate.auto.suited_method import candidates
-from kanefe.kernels.contact.contact_boxes import EDGES, SLOTS, HalfBox, box_slot, boxes_meet
+from kanefe.kernels.contact.contact_boxes import SLOT, HalfBox, box_slot, boxes_meet
 from kanefe.kernels.force_elements.places import Ends
 from kanefe.kernels.values.tensors import Vector
 from kanefe.loads.action import End
@@ -109,7 +109,7 @@ def active(p, turn, own, other):
     """Return the slots of a box above the origin's box that touch, and their places."""
     surface, end = end_at((0, 0, 0)), end_at(p, turn)
     met = BoxPair(surface, other, end, own)
-    slots = [(i, *met.slot(i)) for i in range(SLOTS)]
+    slots = [(i, *met.slot(i)) for i in range(SLOT.slots)]
     return met, [(i, depth, point) for i, depth, point in slots if depth > 0.0]
 
 
@@ -143,10 +143,10 @@ def test_edges_cross():
     met = BoxPair(lower, half, upper, half)
     np.testing.assert_allclose(met.normal, (0, 0, 1), atol=1e-12)
     assert met.edges == (0, 0)
-    depth, point = met.slot(EDGES)
+    depth, point = met.slot(SLOT.edges)
     assert depth == pytest.approx(0.002, rel=1e-9)
     np.testing.assert_allclose(point, (0.3, 0.0, 0.1 / s - 0.002), atol=1e-12)
-    assert all(met.slot(i)[0] < 0.0 for i in range(EDGES))
+    assert all(met.slot(i)[0] < 0.0 for i in range(SLOT.edges))
 
 
 @pytest.mark.parametrize(("offset", "falls"), [(0.0, False), (0.45, False), (0.55, True)])

@@ -15,7 +15,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
 from kanefe.kane import assemble
 from kanefe.kane.assemble import held_accelerations
-from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR, TOLERANCE
+from kanefe.kernels.constraints.tolerances import CLOSING, NEAR_SINGULAR
 from kanefe.literal import loop_closure as assembly
 from kanefe.literal.loop_closure import project_positions, project_speeds
 from kanefe.states.constraints import constraint_rates
@@ -70,7 +70,7 @@ def is_closed_as_literally(recipe: Recipe, loops: int, size: float) -> bool:
     np.testing.assert_allclose(
         u_closed, project_speeds(model, 0.0, q_closed, u), rtol=0, atol=apart * max(1e-3, abs(u).max())
     )
-    assert assembly.openings(model, 0.0, q_closed).worst <= TOLERANCE
+    assert assembly.openings(model, 0.0, q_closed).worst <= CLOSING.tolerance
     assert slips(model, 0.0, q_closed, u_closed) < 1e-11 / weakest
     return True
 
@@ -131,7 +131,7 @@ def test_loops_that_are_far_open_are_closed_too() -> None:
     q, u = opened(model, model.initial_coordinates, model.initial_speeds, 3, 0.3)
     assert assembly.openings(model, 0.0, q).worst > 0.1
     q_closed, u_closed = closed(model, 0.0, q, u)
-    assert assembly.openings(model, 0.0, q_closed).worst <= TOLERANCE
+    assert assembly.openings(model, 0.0, q_closed).worst <= CLOSING.tolerance
     assert slips(model, 0.0, q_closed, u_closed) < 1e-14
 
 
@@ -151,7 +151,7 @@ def test_what_has_no_inertia_of_its_own_is_left_to_the_literal_route() -> None:
     model = scene.freeze()
     q, u = opened(model, model.initial_coordinates, model.initial_speeds, 0, 1e-6)
     y = Dynamics(model).projected(0.0, np.concatenate((q, u, np.zeros(2))))
-    assert assembly.openings(model, 0.0, y[: len(q)]).worst <= TOLERANCE
+    assert assembly.openings(model, 0.0, y[: len(q)]).worst <= CLOSING.tolerance
 
 
 @pytest.mark.parametrize("make", [lambda: four_bar(speed=6.0), parallelogram], ids=["crank-rocker", "parallelogram"])
@@ -167,5 +167,5 @@ def test_a_run_never_leaves_the_compiled_route(make: Any, monkeypatch: pytest.Mo
         monkeypatch.setattr(assemble, name, refuse)
     run = integrate(model, (0.0, 3.0), rtol=1e-7, method="dop853", output_step=0.5, progress=False)
     for t, q, u in zip(run.times, run.coordinates, run.speeds, strict=True):
-        assert assembly.openings(model, float(t), q).worst <= TOLERANCE
+        assert assembly.openings(model, float(t), q).worst <= CLOSING.tolerance
         assert slips(model, float(t), q, u) < 1e-11

@@ -11,7 +11,7 @@ import kanefe as kf
 from kanefe.equations.model import Model
 from kanefe.kane.assemble import held_accelerations
 from kanefe.kane.energy import dissipated_power, drive_power, load_power
-from kanefe.kernels.constraints.closing import CLOSED, closing_memory_size
+from kanefe.kernels.constraints.closing import ENDED, closing_memory_size
 from kanefe.kernels.constraints.loop_tables import RowWork
 from kanefe.kernels.constraints.row_paths import Meetings
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
@@ -249,7 +249,7 @@ def test_nothing_is_eliminated_where_loops_are_open_by_round_off_alone(layout: s
         y = np.concatenate((model.initial_coordinates, np.zeros(m), model.initial_states, np.zeros(QUADRATURES)))
         y[n : n + m] += share * np.random.default_rng(3).standard_normal(m)
         ended, weakest = route.closing(0.0, route.drives(0.0), y, memory)
-        assert ended == CLOSED
+        assert ended == ENDED.closed
         return y, weakest
 
     still, pivot = closed(0.0)

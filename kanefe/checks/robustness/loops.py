@@ -13,7 +13,7 @@ from kanefe.checks.verification.loops import parallelograms
 from kanefe.checks.verification.references import load_references
 from kanefe.equations.model import Model
 from kanefe.integrate.trajectory import Trajectory
-from kanefe.kernels.constraints.tolerances import TOLERANCE
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe.result import Result
 from kanefe.states.constraints import constraint_residuals
 from kanefe.states.state import State
@@ -100,7 +100,7 @@ def _findings(model: Model, run: Trajectory, count: int, span: float, method: st
     openings = [loop_opening(model, t, q) for t, q in zip(run.times.tolist(), run.coordinates, strict=True)]
     reason = "projected to round-off, of which the square root remains at a singular position"
     yield Finding.of(
-        f"{what}: stored states", openings, "opening of a loop [m]", 1e3 * TOLERANCE * count, reason, method
+        f"{what}: stored states", openings, "opening of a loop [m]", 1e3 * CLOSING.tolerance * count, reason, method
     )
     expected = load_references()["A02"].values.get(str(count), {}).get("B0", {})
     rows = [(i, value) for t, value in expected.items() if (i := round(float(t) / 0.1)) < len(result.times)]

@@ -12,7 +12,7 @@ from kanefe.contact.geometry.shape import SurfaceShape
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, numbers
 from kanefe.kernels.contact import contact_shapes as kernels
-from kanefe.kernels.contact.contact_shapes import NARROW, cell_of, foot_on_heights, weight_of
+from kanefe.kernels.contact.contact_shapes import LIMITS, cell_of, foot_on_heights, weight_of
 from kanefe.kernels.values.tensors import Vector as Numbers
 from kanefe.loads.reach import Bounds
 
@@ -90,7 +90,7 @@ class HeightField(SurfaceShape):
         bent[:2, :2] = np.array(((ground.xx, ground.xy), (ground.xy, ground.yy))) / -length
         S = across @ bent @ across
         outwards = np.eye(3) + float(normal @ (place - foot)) * S
-        if np.linalg.det(outwards) < NARROW:  # over a valley in which no ball lies from here
+        if np.linalg.det(outwards) < LIMITS.narrow:  # over a valley in which no ball lies from here
             return np.asarray(S)
         return np.asarray(S @ np.linalg.inv(outwards))
 

@@ -18,7 +18,7 @@ from kanefe.contact.rigid.rigid import Rigid
 from kanefe.contact.shapes import Plane
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, cross
-from kanefe.kernels.contact.rigid_points import AT_REST, BACK, BEGINS, STRAIGHT, TURNED, RigidStates
+from kanefe.kernels.contact.rigid_points import SLIPPING, RigidStates
 from kanefe.kernels.values.records import column
 from kanefe.loads.action import Action, End
 from kanefe.loads.base import Load
@@ -229,7 +229,7 @@ class RigidContact(Load):
         before = np.divide(before, sizes[:, None], out=np.zeros_like(before), where=sizes[:, None] > 0.0)
         along = (rates * before).sum(axis=1)
         across = _lengths(rates - along[:, None] * before)
-        keeps = (sizes == 0.0) | (sizes > BEGINS) | (across <= STRAIGHT * speeds)
+        keeps = (sizes == 0.0) | (sizes > SLIPPING.begins) | (across <= SLIPPING.straight * speeds)
         own = np.copysign(1.0, along)[:, None] * rates / np.where(keeps, 1.0, speeds)[:, None]
         return np.where(keeps[:, None], before, own)
 
@@ -240,7 +240,9 @@ class RigidContact(Load):
         """
         size, speed = _length(kept), _length(found.rates[1:])
         along = float(found.rates[1:] @ found.axes[1:] @ (surface.A @ kept)) / (size or 1.0)
-        return min(along + BACK * size, size - speed) if size > BEGINS else along - TURNED * speed
+        if size > SLIPPING.begins:
+            return min(along + SLIPPING.back * size, size - speed)
+        return along - SLIPPING.turned * speed
 
     def rows(self, z: Vector, which: Sequence[int], found: Sequence[Meeting], surface: MarkerMotion) -> list[Rows]:
         """Return the constraints of some closed points: normal rows, and rows of sticking."""
@@ -375,10 +377,10 @@ def _on_ends(e: Vector, point: Vector, a: MarkerMotion, b: MarkerMotion) -> Wren
 
 
 __all__ = [
-    "AT_REST",
     "EACH",
     "OPEN",
     "REPORTED_CHANGES",
+    "SLIPPING",
     "SLIPS",
     "STICKS",
     "TAKEN",

@@ -12,7 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.auto.largest_eigenvalue import ROUNDS, largest_eigenvalue
 from kanefe.integrate.dynamics import Dynamics
-from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
+from kanefe.kernels.steppers.step_commands import VECTOR
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.route import Form
 from kanefe.tree.tangents import joint_tangents
@@ -44,17 +44,17 @@ def _rate_by_sweeps(model: Model, start: float, stiffness: Vector, damping: Vect
     n, m, y = model.coordinate_count, model.free_count, dynamics.initial_state(start)
 
     def accelerations_of(place: int, direction: Vector) -> Vector:
-        vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(y)))
-        vectors[AT], vectors[place, n : n + m] = y, direction
+        vectors = np.zeros((VECTOR.stiffness_direction + 1, len(y)))
+        vectors[VECTOR.at], vectors[place, n : n + m] = y, direction
         dynamics.implicit_rate(start, vectors, 0.0, 0.0)
-        return np.array(vectors[SLOPE, n : n + m])
+        return np.array(vectors[VECTOR.slope, n : n + m])
 
-    rest = accelerations_of(STIFFNESS_DIRECTION, np.zeros(m))
+    rest = accelerations_of(VECTOR.stiffness_direction, np.zeros(m))
 
     def largest(place: int, diagonal: Vector) -> float:
         return largest_eigenvalue(lambda x: accelerations_of(place, x) - rest, partial(np.multiply, diagonal), m)
 
-    return max(math.sqrt(largest(STIFFNESS_DIRECTION, stiffness)), largest(DAMPING_DIRECTION, damping))
+    return max(math.sqrt(largest(VECTOR.stiffness_direction, stiffness)), largest(VECTOR.damping_direction, damping))
 
 
 def highest_rate(model: Model, start: float, K: Matrix, C: Matrix) -> float:

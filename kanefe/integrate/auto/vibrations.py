@@ -12,7 +12,7 @@ from kanefe.equations.model import Model
 from kanefe.frames import Matrix, Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.locked_speeds import has_locked_speeds
-from kanefe.kernels.steppers.step_commands import AT, SLOPE, STIFFNESS_DIRECTION
+from kanefe.kernels.steppers.step_commands import VECTOR
 from kanefe.storage.scipy_later import scipy
 from kanefe.tree.scales import coordinate_moves, displacement_scales, modal_frequencies, state_scales
 from kanefe.tree.tangents import constant_tangents
@@ -79,13 +79,13 @@ def are_seen(dynamics: Dynamics, t: float, y: Vector, longest: float, rtol: floa
         return False
     h = min(longest, FIRST_PERIODS / float(rates[rates > 0.0].min()))
     n, m = model.coordinate_count, model.free_count
-    vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(y)))
-    vectors[AT] = y
-    vectors[STIFFNESS_DIRECTION, n : n + m] = -h * y[n : n + m]
+    vectors = np.zeros((VECTOR.stiffness_direction + 1, len(y)))
+    vectors[VECTOR.at] = y
+    vectors[VECTOR.stiffness_direction, n : n + m] = -h * y[n : n + m]
     dynamics.implicit_rate(t, vectors, h, h * h)
     for turns, at, speed in coordinate_moves(model):
         if not turns and rates[speed] > 0.0:
-            change = h * vectors[SLOPE, n + speed]
+            change = h * vectors[VECTOR.slope, n + speed]
             size = math.hypot(h * (y[n + speed] + change), change / rates[speed])
             if size > UNSEEN * atol[at] + rtol * abs(y[at]):
                 return True

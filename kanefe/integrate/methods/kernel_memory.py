@@ -17,7 +17,7 @@ from kanefe.integrate.methods.method import LEAST_RTOL
 from kanefe.integrate.run_checks.bending_check import WatchedBodies, bends_in_kernels
 from kanefe.integrate.run_checks.functions_of_user import asks_for_state
 from kanefe.integrate.stepper import LEAST_STEPS
-from kanefe.kernels.steppers.breakpoints import MOST_KEPT
+from kanefe.kernels.steppers.breakpoints import LIMITS
 from kanefe.kernels.steppers.force_scales import put_force_scales
 from kanefe.kernels.steppers.settled_outputs import Settling
 from kanefe.kernels.steppers.step_commands import Step
@@ -104,7 +104,7 @@ def _allocated(
     step.moves[:], step.bends[:] = np.reshape(np.array(moves, dtype=np.int64), (-1, 3)), bent
     if len(knots):
         step.breakpoints[:], step.left_sides[:], step.next_breakpoint = knots, sides, 1
-        step.last_kept = len(sides) or -MOST_KEPT
+        step.last_kept = len(sides) or -LIMITS.most_kept
     if locked is not None:
         step.every, step.joint_of_speed[:], step.shaken[:] = locked
     if kernels.has_jacobian:

@@ -22,17 +22,7 @@ from kanefe.integrate.stepper import BESIDE, Unconverged, beyond
 from kanefe.kernels.compiler.entries import LATER, Bound
 from kanefe.kernels.events.kinks import step_again
 from kanefe.kernels.steppers.settled_outputs import Settling, next_command
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    SLOPE,
-    STATE,
-    STIFFNESS_DIRECTION,
-    Command,
-    Run,
-    Step,
-    begin_at,
-    interpolated,
-)
+from kanefe.kernels.steppers.step_commands import VECTOR, Command, Run, Step, begin_at, interpolated
 from kanefe.kernels.values.records import column
 from kanefe.loads.valued_load import UnfitValue
 from kanefe.tree.route import MethodNeeds
@@ -146,19 +136,19 @@ class KernelStepper:
 
     def state(self) -> Vector:
         """Return the state at t, its loops closed."""
-        return self._closed(self.t, self.vectors[STATE]).copy()
+        return self._closed(self.t, self.vectors[VECTOR.state]).copy()
 
     def states(self, times: np.ndarray) -> np.ndarray:
         """Return the states at times of the last step, shape (times, state)."""
         found = np.empty((len(times), self.vectors.shape[1]))
         if self.t_old == self.t:
-            found[:] = self.vectors[STATE]
+            found[:] = self.vectors[VECTOR.state]
             return found
         for t, row in zip(times, found, strict=True):
             if self.step.stage and t < self.t:
                 self._interpolated(t, row)
             else:
-                row[:] = self.vectors[STATE]
+                row[:] = self.vectors[VECTOR.state]
             row[:] = self._closed(float(t), row)
         return found
 
@@ -307,7 +297,7 @@ class KernelStepper:
             if command == Command.PROJECT:
                 self._project()
             elif command == Command.JACOBIAN:
-                found = self.dynamics.tangent_derivatives(float(self.step.time_at), self.vectors[AT])
+                found = self.dynamics.tangent_derivatives(float(self.step.time_at), self.vectors[VECTOR.at])
                 first = self.step.jacobian_row
                 self.vectors[first : first + len(found), : found.shape[1]] = found
             elif command == Command.FAILED:
@@ -319,11 +309,11 @@ class KernelStepper:
         """Do what the method wants if it is an evaluation, or the closing of outputs; return whether it is."""
         step, dynamics, vectors = self.step, self.dynamics, self.vectors
         if command == Command.RATES:
-            vectors[SLOPE] = dynamics.rate(float(step.time_at), vectors[AT])
+            vectors[VECTOR.slope] = dynamics.rate(float(step.time_at), vectors[VECTOR.at])
             step.weakest = dynamics.weakest
         elif command == Command.IMPLICIT:
             shares = float(step.share_damping), float(step.share_stiffness), float(step.share_of_rates)
-            dynamics.implicit_rate(float(step.time_at), vectors[: STIFFNESS_DIRECTION + 1], *shares)
+            dynamics.implicit_rate(float(step.time_at), vectors[: VECTOR.stiffness_direction + 1], *shares)
         elif command == Command.BALANCE:
             dynamics.balance(run)
         elif command == Command.SETTLE:
@@ -376,12 +366,12 @@ class KernelStepper:
             self._no_answer = self.t, error
         if isinstance(error, UnfitValue):
             self.unanswered.append(str(error))
-        self.vectors[SLOPE] = np.nan
+        self.vectors[VECTOR.slope] = np.nan
 
     def _failure(self) -> KanefeError:
         if self.dynamics.is_autonomous:  # in compiled code nothing was said of functions that give no numbers
-            self.dynamics.name_what_is_not_finite(float(self.step.time_at), self.vectors[AT])
-            self.dynamics.name_what_is_not_finite(self.t, self.vectors[STATE])
+            self.dynamics.name_what_is_not_finite(float(self.step.time_at), self.vectors[VECTOR.at])
+            self.dynamics.name_what_is_not_finite(self.t, self.vectors[VECTOR.state])
         if self._no_answer is not None and self.t - self._no_answer[0] < BESIDE * self._span:
             return self._no_answer[1]
         return step_failure(self.dynamics.model, self.name, self.step)

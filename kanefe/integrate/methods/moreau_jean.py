@@ -123,9 +123,9 @@ class MoreauJeanStepper(PythonStepper):
             if self._granular is None:
                 passed += self._march(times[passed:], states[passed:], most_steps)
             else:
-                from kanefe.kernels.impacts.march import ROUND_OFF
+                from kanefe.kernels.impacts.march import MARCHING
 
-                whole = int((float(times[passed]) - self._t) / self._step * (1.0 - ROUND_OFF))
+                whole = int((float(times[passed]) - self._t) / self._step * (1.0 - MARCHING.round_off))
                 self._pass_whole(min(whole, most_steps - 1))
             most_steps -= self._steps - before
             if passed < len(times) and most_steps > 0:
@@ -168,11 +168,11 @@ class MoreauJeanStepper(PythonStepper):
 
     def _advance_in_python(self) -> None:
         """Take a step by the literal equations, or one with a crowd."""
-        from kanefe.kernels.impacts.march import ROUND_OFF
+        from kanefe.kernels.impacts.march import MARCHING
 
         t, y = self._t, self._y
         left = self._stop - t
-        h = left if left <= self._step * (1.0 + ROUND_OFF) else self._step
+        h = left if left <= self._step * (1.0 + MARCHING.round_off) else self._step
         if self._granular is not None:
             after = self._granular.go_on(y, h, 1)
             self._dynamics.evaluations += 1

@@ -11,7 +11,7 @@ from kanefe.frames import Matrix, Vector
 from kanefe.integrate.events.contact_changes import STEPS_OVER
 from kanefe.integrate.status import UNFIT, RunStatus
 from kanefe.integrate.stepper import StepFailure
-from kanefe.kernels.impacts.march import BEYOND, DOUBLY, Told
+from kanefe.kernels.impacts.march import MARCHING, Told
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.scales import scene_length
@@ -49,14 +49,14 @@ def of_contacts(
     """
     if not model.rigid_contacts or method == STEPS_OVER or not len(times):
         return None
-    entered = max(BEYOND, UNFIT * (rtol or 0.0))
+    entered = max(MARCHING.beyond, UNFIT * (rtol or 0.0))
     rows = np.unique(np.linspace(0, len(times) - 1, min(len(times), 2 + int(SHARE * evaluations))).round().astype(int))
     if model.route.watching is not None and model.route.watching.contact_columns:
         columns = [model.route.watching.contact_columns[kind] for kind in ("touch", "lift", "slip", "largest")]
         gap, normal, slip, largest = model.route.watching.values(times[rows], states[rows])[:, columns].T
         static = min((model.rigid_contact(k).static for k in range(len(model.rigid_contacts))), default=0.0)
-        is_broken = (gap < -entered * scene_length(model)) | (normal < -BEYOND * largest)
-        rows = rows[is_broken | (slip < -BEYOND * static * largest)]  # the others need not be looked at closely
+        is_broken = (gap < -entered * scene_length(model)) | (normal < -MARCHING.beyond * largest)
+        rows = rows[is_broken | (slip < -MARCHING.beyond * static * largest)]  # the others need not be looked at closely
     for i in rows.tolist():
         broken = _broken(model, float(times[i]), states[i], entered)
         if broken:
@@ -83,7 +83,8 @@ class StepsChecked:
     """
 
     def __init__(self, model: ModelData) -> None:
-        self._model, self.too_deep, self.told = model, BEYOND * scene_length(model), np.zeros(Told.number_count)
+        self._model, self.told = model, np.zeros(Told.number_count)
+        self.too_deep = MARCHING.beyond * scene_length(model)
         self._so_far = Told(self.told)
 
     @property
@@ -107,14 +108,14 @@ class StepsChecked:
         for (number, _), push in zip(found.closed, pushes, strict=True):
             contact = self._model.rigid_contact(number)
             asked, held = float(np.hypot(push[1], push[2])), contact.static * float(push[0])
-            if push[0] < -BEYOND * largest:
+            if push[0] < -MARCHING.beyond * largest:
                 raise StepFailure(f"{contact.title} has a tensile impulse of {-push[0]:.4g} N s", REMEDY_OF_STEPS)
-            if asked > held + max(BEYOND * contact.static, ROUND_OFF_OF_FORCES) * largest:
+            if asked > held + max(MARCHING.beyond * contact.static, ROUND_OFF_OF_FORCES) * largest:
                 raise StepFailure(
                     f"the impulse of friction of {contact.title} is {asked:.6g} N s, more than mu N = {held:.6g} N s",
                     REMEDY_OF_STEPS,
                 )
-        if found.deepest > self.too_deep + DOUBLY * (approach + bend):
+        if found.deepest > self.too_deep + MARCHING.doubly * (approach + bend):
             names = ", ".join(sorted({self._model.rigid_contact(number).title for number, _ in found.closed}))
             raise StepFailure(
                 f"{names}: penetrated by {found.deepest:.3g} m, more than the error of steps", REMEDY_OF_STEPS
@@ -129,7 +130,7 @@ class StepsChecked:
         largest = float(np.abs(pushes).max(initial=0.0))
         beyond = np.hypot(pushes[:, 1], pushes[:, 2]) - mu * pushes[:, 0]
         for worst, what in ((-pushes[:, 0], "are tensile by"), (beyond, "have friction beyond mu N by")):
-            if (most := float(worst.max(initial=0.0))) > BEYOND * largest:
+            if (most := float(worst.max(initial=0.0))) > MARCHING.beyond * largest:
                 raise StepFailure(f"impulses of {title} {what} {most:.4g} N s", REMEDY_OF_STEPS)
         if granular.deepest > granular.smallest:
             raise StepFailure(
@@ -157,9 +158,13 @@ def _broken(model: ModelData, t: float, y: Vector, entered: float) -> str:
     largest = max((abs(force.normal) for force in forces), default=0.0)
     for force in forces:
         contact = model.rigid_contact(force.contact)
-        if force.normal < -BEYOND * largest:
+        if force.normal < -MARCHING.beyond * largest:
             return f"{contact.title} is in tension by {-force.normal:.4g} N"
         asked, held = float(np.linalg.norm(force.friction)), contact.static * force.normal
-        if force.status == STICKS and contact.friction is not None and asked > held + BEYOND * contact.static * largest:
+        if (
+            force.status == STICKS
+            and contact.friction is not None
+            and asked > held + MARCHING.beyond * contact.static * largest
+        ):
             return f"friction of {contact.title} holds {asked:.6g} N, more than mu N = {held:.6g} N"
     return ""

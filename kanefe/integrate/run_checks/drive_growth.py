@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.steppers.sampling import FEW_SAMPLES
+from kanefe.kernels.steppers.sampling import LIMITS
 
 GROWN, EARLY, LATE = 10.0, 1e3, 1e6
 """Growth of the drives, in multiples of their initial changes: at which a run that ends for another reason names the
@@ -42,7 +42,7 @@ class DriveGrowth:
         changes = np.abs(np.diff(np.concatenate((self._last, drives)), axis=0))
         for drive, own in enumerate(changes.T):
             largest, when = self._largest[drive], self._when[drive]
-            self._first[drive] = max(self._first[drive], *own[: max(FEW_SAMPLES + 1 - first, 0)].tolist(), 0.0)
+            self._first[drive] = max(self._first[drive], *own[: max(LIMITS.few_samples + 1 - first, 0)].tolist(), 0.0)
             before = np.maximum.accumulate(np.append(largest[-1:] or [0.0], own))[:-1]
             grown = np.flatnonzero(own > before)
             largest += own[grown].tolist()

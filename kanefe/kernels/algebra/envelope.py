@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.algebra.pivoted import LEAST_KEPT, NEGATIVE, ROUND_OFF
+from kanefe.kernels.algebra.pivoted import PIVOT
 from kanefe.kernels.language import inlined
 
 
@@ -66,7 +66,7 @@ def factor_envelope(system: Envelope, tolerance: float, begin: int, end: int) ->
     for a in range(begin, end):
         size = system.scale[system.order[a]]
         largest = max(largest, (size * size * system.A[ends[a + 1] - 1]).real)
-    weakest, most = np.inf, max(largest, ROUND_OFF)
+    weakest, most = np.inf, max(largest, PIVOT.round_off)
     while p < end:
         first, q = first_of(ends, p), system.blocks[p]
         _reduce(system, first, p, q)
@@ -116,9 +116,9 @@ def _pivot(system: Envelope, tolerance: float, largest: float, first: int, p: in
         if best != k:
             _exchange(system, first, k, best, q)
         pivot = L[ends[k + 1] - 1]
-        if not pivot.real > LEAST_KEPT * least:
+        if not pivot.real > PIVOT.least_kept * least:
             for i in range(k, q):
-                if L[ends[i + 1] - 1].real < -NEGATIVE * largest:
+                if L[ends[i + 1] - 1].real < -PIVOT.negative * largest:
                     weakest = 0.0
                 system.inverses[i] = system.whole[i] = 0.0 * pivot
             return weakest

@@ -10,15 +10,19 @@ import numpy as np
 
 from kanefe.kernels.language import inlined, kernel
 
-# Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: see `kanefe.tree.row_rates.ROUND_OFF`
-ROUND_OFF = 1e-16
 
-# Pivots below this share of the tolerance are left out; above it they fade, see `kanefe.states.constraints`
-LEAST_KEPT = 1e-3
+class PivotLimits(NamedTuple):
+    """Pivots that count."""
+
+    # Pivot of a scaled row, of 1 at most, that the tolerance is taken of at least: `kanefe.tree.row_rates.ROUND_OFF`
+    round_off: float = 1e-16
+    # Pivots below this share of the tolerance are left out; above it they fade, see `kanefe.states.constraints`
+    least_kept: float = 1e-3
+    # A negative pivot that is no round-off, of the largest: what moves with the row has an inertia below zero
+    negative: float = 1e-8
 
 
-# A negative pivot that is no round-off, of the largest: what moves with the row has an inertia below zero
-NEGATIVE = 1e-8
+PIVOT = PivotLimits()
 
 
 class Pivots(NamedTuple):
@@ -73,8 +77,8 @@ def factor(A: np.ndarray, scale: np.ndarray, tolerance: float, pivots: Pivots) -
         for b in range(a + 1):
             j = int(order[b].real)
             L[a, b] = scale[i] * scale[j] * A[i, j]
-    least = tolerance * ROUND_OFF
-    largest, weakest = ROUND_OFF, 1.0
+    least = tolerance * PIVOT.round_off
+    largest, weakest = PIVOT.round_off, 1.0
     for k in range(live):
         best = k
         for i in range(k + 1, live):
@@ -85,11 +89,11 @@ def factor(A: np.ndarray, scale: np.ndarray, tolerance: float, pivots: Pivots) -
             order[k], order[best] = order[best], order[k]
         pivot = L[k, k]
         if k == 0:
-            largest = max(ROUND_OFF, pivot.real)
+            largest = max(PIVOT.round_off, pivot.real)
             least = tolerance * largest
-        if not pivot.real > LEAST_KEPT * least:
+        if not pivot.real > PIVOT.least_kept * least:
             for i in range(k, live):
-                if L[i, i].real < -NEGATIVE * largest:
+                if L[i, i].real < -PIVOT.negative * largest:
                     weakest = 0.0
             return k, weakest
         weakest = pivot.real / largest

@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
-from types import FunctionType
+from types import FunctionType, ModuleType
 from typing import Any, TypeVar
 
 from kanefe.errors import MissingDependency
@@ -134,6 +134,9 @@ def _seen_by(module: str) -> dict[str, Any]:
                 seen[name] = value.calls_by_address()
             elif isinstance(value, type) and issubclass(value, (Record, Rows)):
                 add_kind(value)
+            elif isinstance(value, ModuleType) and value.__name__.startswith("kanefe.kernels."):
+                seen[name] = ModuleType(value.__name__)
+                vars(seen[name]).update(_seen_by(value.__name__))
     return _seen[module]
 
 

@@ -163,6 +163,18 @@ def _source(path: str) -> _Source:
 
 
 def imports_of(text: bytes) -> tuple[str, ...]:
-    """Return the modules of kernels that a file imports, each once; a regular expression takes 4 ms for all files."""
-    found = (rest.partition(b" import")[0].decode() for rest in text.split(IMPORT)[1:])
-    return tuple(dict.fromkeys(f"kanefe.kernels{module}" for module in found))
+    """Return the modules of kernels that a file imports, each once; a regular expression takes 4 ms for all files.
+
+    They are imported by name from their package, or names are from them.
+    """
+    found: dict[str, None] = {}
+    for rest in text.split(IMPORT)[1:]:
+        module, _, names = rest.partition(b" import ")
+        name = f"kanefe.kernels{module.decode()}"
+        found[name] = None
+        folder, is_package, _ = _path_in_package(name).partition("__init__.py")
+        if is_package:
+            end = b")" if names.startswith(b"(") else b"\n"
+            files = (file.strip() for file in names.partition(end)[0].decode().strip("(").split(","))
+            found |= {f"{name}.{file}": None for file in files if os.path.isfile(f"{PACKAGE}/{folder}{file}.py")}
+    return tuple(found)

@@ -13,7 +13,7 @@ import numpy as np
 from kanefe.kernels.constraints.loop_tables import Held, LoopFactors, RowWork, holds, rows_of
 from kanefe.kernels.constraints.openings import openings, rate_of_row, size_of_rate
 from kanefe.kernels.constraints.row_wrenches import clear_all_forces, write_rows
-from kanefe.kernels.constraints.tolerances import LARGEST_ITERATIONS, LARGEST_OPENING, MOST_HALVINGS, TOLERANCE
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward, sweep_inward
 from kanefe.kernels.language import Array, RealRows, Reals, copy, entry, kernel
 from kanefe.kernels.scene import Scene, State, Work, memory_size, state_in, work_in
@@ -23,23 +23,40 @@ from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.sweeps.unit_mass import scale_beams
 
-CLOSED, LEFT_OPEN, WITHOUT_INERTIA = range(3)
-"""Return values of `close_state`. The literal route may be able to close open loops, and names those that cannot be
-closed; the same holds for a tree in which something has no inertia of its own."""
 
-SLOW = 0.1
-"""Fraction of the gaps left by a step above which the inertias are eliminated again."""
+class Ended(NamedTuple):
+    """How `close_state` ends.
 
-ROUND_OFF = 4.0 * float(np.finfo(float).eps)
-"""Gap, relative to the scene's length or in rad, that no step closes further."""
+    The literal route may be able to close open loops, and names those that cannot be closed; the same holds for a tree
+    in which something has no inertia of its own.
+    """
 
-UNKNOWN, LARGEST_UNKNOWN = 100.0, 1e-6
-"""Pivot below which a row may in fact depend on others, in multiples of the square of the largest gap, and its largest
-value."""
+    closed: int = 0
+    left_open: int = 1
+    without_inertia: int = 2
 
-NEAR, FAR = 1e-10, 1e-6
-"""Gap at the start, relative to the weakest pivot: up to the first value speeds are accurate to round-off after one
-solution with the inertias of the start, up to the second after two; beyond, they are eliminated again."""
+
+ENDED = Ended()
+
+
+class Limits(NamedTuple):
+    """From where on numbers count where loops are closed."""
+
+    slow: float = 0.1
+    """Fraction of the gaps left by a step above which the inertias are eliminated again."""
+    round_off: float = 4.0 * float(np.finfo(float).eps)
+    """Gap, relative to the scene's length or in rad, that no step closes further."""
+    unknown: float = 100.0
+    largest_unknown: float = 1e-6
+    """Pivot below which a row may in fact depend on others, in multiples of the square of the largest gap, and its
+    largest value."""
+    near: float = 1e-10
+    far: float = 1e-6
+    """Gap at the start, relative to the weakest pivot: up to the first value speeds are accurate to round-off after one
+    solution with the inertias of the start, up to the second after two; beyond, they are eliminated again."""
+
+
+LIMITS = Limits()
 
 
 class Closing(LoopFactors):
@@ -140,17 +157,17 @@ def _close(mechanism: Mechanism) -> tuple[int, float]:
     start, total = openings(mechanism.scene, state, mechanism.here, RowWork(at), at.residuals)
     progress = _close_places(mechanism, start, total)
     if progress.weakest == 0.0:
-        return WITHOUT_INERTIA, 0.0
-    if not progress.worst <= LARGEST_OPENING:
-        return LEFT_OPEN, progress.weakest
+        return ENDED.without_inertia, 0.0
+    if not progress.worst <= CLOSING.largest_opening:
+        return ENDED.left_open, progress.weakest
     if progress.is_swept and not progress.is_tried and _has_closed_speeds(mechanism):
-        return CLOSED, progress.weakest
+        return ENDED.closed, progress.weakest
     weakest = _close_speeds(mechanism, progress, start)
     if weakest == 0.0:
-        return WITHOUT_INERTIA, 0.0
+        return ENDED.without_inertia, 0.0
     copy(at.place, state.q)
     copy(at.reached, state.u)
-    return CLOSED, weakest
+    return ENDED.closed, weakest
 
 
 @kernel
@@ -158,26 +175,28 @@ def _close_places(mechanism: Mechanism, worst: float, total: float) -> Progress:
     """Close the loops by Newton's method from where they are open by `worst`, with `total` the sum of the squares."""
     is_factored = is_here = is_tried = False
     is_swept, weakest, at = True, 1.0, mechanism.at
-    for _ in range(LARGEST_ITERATIONS):
-        if worst <= ROUND_OFF:
+    for _ in range(CLOSING.largest_iterations):
+        if worst <= LIMITS.round_off:
             break
         if not is_factored:
             if not is_swept:
                 _sweep(mechanism, mechanism.here, at.place, mechanism.state.u)
             # rows that depend on each other in closed loops seem not to, by the square of how far these are open
-            weakest = _eliminate(mechanism, True, min(UNKNOWN * worst * worst, LARGEST_UNKNOWN))
+            weakest = _eliminate(mechanism, True, min(LIMITS.unknown * worst * worst, LIMITS.largest_unknown))
             if weakest == 0.0:
                 break
             is_factored, is_here, is_swept = True, True, False
         _move(mechanism)
         # what is closed but for round-off gets better by a whole step or not at all
-        is_tried, opening, square = _try(mechanism, MOST_HALVINGS if is_here and worst > TOLERANCE else 1, total)
+        is_tried, opening, square = _try(
+            mechanism, CLOSING.most_halvings if is_here and worst > CLOSING.tolerance else 1, total
+        )
         if is_tried:
-            is_factored = opening <= TOLERANCE or square <= SLOW * SLOW * total
+            is_factored = opening <= CLOSING.tolerance or square <= LIMITS.slow * LIMITS.slow * total
             worst, total, is_here = opening, square, False
             copy(at.trial, at.place)
             copy(at.tried_residuals, at.residuals)
-        elif is_here or worst <= TOLERANCE:
+        elif is_here or worst <= CLOSING.tolerance:
             break
         else:
             is_factored = False
@@ -213,7 +232,7 @@ def _close_speeds(mechanism: Mechanism, progress: Progress, start: float) -> flo
     weakest, is_here, holds_speeds = progress.weakest, progress.is_here, False
     for j in range(len(rows)):
         holds_speeds = holds_speeds or not rows[j].holds_place
-    if not progress.is_factored or holds_speeds or (start > FAR * weakest and not is_here):
+    if not progress.is_factored or holds_speeds or (start > LIMITS.far * weakest and not is_here):
         if not progress.is_swept:
             _sweep(mechanism, mechanism.here, at.place, state.u)
         weakest = _eliminate(mechanism, False, 0.0)
@@ -223,7 +242,7 @@ def _close_speeds(mechanism: Mechanism, progress: Progress, start: float) -> flo
     copy(state.u, at.reached)
     residuals, reached, step, tried = at.residuals, at.reached, at.step, RowWork(scene.loops.sizes, at.tried)
     moving = State(0.0, at.place, reached, state.z, state.drives, state.inputs)
-    for again in range(1 if is_here or start <= NEAR * weakest else 2):
+    for again in range(1 if is_here or start <= LIMITS.near * weakest else 2):
         if again > 0 or not progress.is_tried:
             _sweep(mechanism, mechanism.beside, at.place, reached)
         write_rows(scene, moving, mechanism.beside, tried)
@@ -246,7 +265,7 @@ def _has_closed_speeds(mechanism: Mechanism) -> bool:
     for j in range(len(rows)):
         if found and holds(rows[j], state.z):
             rate = abs(rate_of_row(scene, state, here, kept, j))
-            found = rate <= ROUND_OFF * size_of_rate(rows[j], kept.actions[j], here.frames)
+            found = rate <= LIMITS.round_off * size_of_rate(rows[j], kept.actions[j], here.frames)
     return found
 
 

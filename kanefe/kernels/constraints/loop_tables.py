@@ -16,14 +16,7 @@ from kanefe.kernels.constraints.constraint_rows import (
 )
 from kanefe.kernels.constraints.row_paths import no_paths
 from kanefe.kernels.constraints.tolerances import HALF_ON
-from kanefe.kernels.contact.rigid_points import (
-    SLIPS_FROM,
-    Meeting,
-    Meetings,
-    given_points,
-    is_rubbing,
-    no_rigid_points,
-)
+from kanefe.kernels.contact.rigid_points import SLIPPING, Meeting, Meetings, given_points, is_rubbing, no_rigid_points
 from kanefe.kernels.joints.handing import Carried, CarriedRows
 from kanefe.kernels.language import Array, One, Record, Start, Table, inlined
 from kanefe.kernels.tables import Loops
@@ -261,7 +254,8 @@ def holds(row: ConstraintRow, z: np.ndarray) -> bool:
     is_on = row.switch < 0
     if not is_on:
         state = z[row.switch].real
-        is_on = state > HALF_ON and not (row.kind == RowKind.CONTACT and row.direction > 0 and state > SLIPS_FROM)
+        is_slip = row.kind == RowKind.CONTACT and row.direction > 0 and state > SLIPPING.slips_from
+        is_on = state > HALF_ON and not is_slip
     return is_on
 
 

@@ -4,6 +4,8 @@ Multipliers y that together do nothing are those of which the unit responses add
 friction rubs these are fewer than what the rows do not see, ``A y = 0``: the rest changes the motion.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.algebra.least_norm import factor_least, leave_spare
@@ -13,14 +15,20 @@ from kanefe.kernels.contact.rigid_points import given_points, is_closed, is_slip
 from kanefe.kernels.language import kernel
 from kanefe.kernels.tables import Loops
 
-ROUND_OFF = 1e-13
-"""Pivot of the products of unit responses, of the largest, below which it is round-off; they square what rows lack."""
 
-SHARP = 1e-9
-"""Pivot, relative to the largest, above which it is none, see
-`kanefe.kane.contact_shares.DEPENDENT`: the literal route tells what is in between."""
+class Pivots(NamedTuple):
+    """Pivots that count."""
 
-NOT_SHARP = -1
+    round_off: float = 1e-13
+    """Pivot of the products of unit responses, of the largest, below which it is round-off; they square what rows
+    lack."""
+    sharp: float = 1e-9
+    """Pivot, relative to the largest, above which it is none, see
+    `kanefe.kane.contact_shares.DEPENDENT`: the literal route tells what is in between."""
+    not_sharp: int = -1
+
+
+PIVOT = Pivots()
 
 
 @kernel
@@ -50,7 +58,7 @@ def told_multipliers(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept:
         left_out = int(kept.live_count - kept.rank)
     if left_out == 0:
         return True
-    spare = _share(loops, n, multipliers, kept) if touches(points, z) else NOT_SHARP
+    spare = _share(loops, n, multipliers, kept) if touches(points, z) else PIVOT.not_sharp
     if spare <= 0:
         return spare == 0
     if min(least_margins(loops, z, multipliers)) >= 0.0:
@@ -91,9 +99,9 @@ def _share(loops: Loops, n: int, multipliers: np.ndarray, kept: UnitResponses) -
             for k in range(kept.free):
                 total += responses[i, k] * responses[j, k] * weights[k]
             products[a, b] = products[b, a] = units[a] * units[b] * total
-    rank, weakest = factor_least(products, kept.plain, n, ROUND_OFF, kept.order, kept.inverses, kept.spare)
-    if weakest < SHARP:
-        return NOT_SHARP
+    rank, weakest = factor_least(products, kept.plain, n, PIVOT.round_off, kept.order, kept.inverses, kept.spare)
+    if weakest < PIVOT.sharp:
+        return PIVOT.not_sharp
     if rank < n:
         leave_spare(products, x, n, rank, kept.order, kept.inverses, kept.spare)
         for a in range(n):

@@ -3,21 +3,26 @@
 They are here since compiled code holds them as numbers: only a change in this folder makes it anew.
 """
 
-TOLERANCE = 1e-12
-"""Largest gap of a loop that counts as closed, relative to the scene's length or in rad: about a hundred times
-round-off."""
+from typing import NamedTuple
 
-LARGEST_OPENING = 1e-7
-"""Gap during a run, relative to the same scale, above which a loop cannot be closed. At a singular position round-off
-leaves its root, about 1e-8; a drive beyond the reach of a mechanism leaves more after its first step."""
 
-LARGEST_ITERATIONS = 80
+class Closing(NamedTuple):
+    """How far loops are closed, and by which steps."""
 
-MOST_HALVINGS = 12
-"""Largest number of times that a step is halved until the gaps of the loops decrease."""
+    tolerance: float = 1e-12
+    """Largest gap of a loop that counts as closed, relative to the scene's length or in rad: about a hundred times
+    round-off."""
+    largest_opening: float = 1e-7
+    """Gap during a run, relative to the same scale, above which a loop cannot be closed. At a singular position
+    round-off leaves its root, about 1e-8; a drive beyond the reach of a mechanism leaves more after its first step."""
+    largest_iterations: int = 80
+    most_halvings: int = 12
+    """Largest number of times that a step is halved until the gaps of the loops decrease."""
+    largest_step: float = 0.4
+    """Largest step of one iteration, rad or scene lengths: the loops are approximately linear over it."""
 
-LARGEST_STEP = 0.4
-"""Largest step of one iteration, rad or scene lengths: the loops are approximately linear over it."""
+
+CLOSING = Closing()
 
 NEAR_SINGULAR = 1e-2
 """Weakest constraint, see `ConstrainedSolver.weakest`, below which the rates are those of the nearest closed state. The

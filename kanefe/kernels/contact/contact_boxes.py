@@ -6,23 +6,40 @@ where their edges cross: corners of the polygon that they share. Each is a slot,
 """
 
 from collections import namedtuple
-from typing import Any
+from typing import Any, NamedTuple
 
 from kanefe.kernels.force_elements.places import A
 from kanefe.kernels.language import Vector, cross, dot, inlined, norm, numbers_from
 
-OWN_CORNERS, OTHER_CORNERS, CROSSINGS, EDGES, SLOTS = 0, 4, 8, 16, 17
-"""First slots: corners of the touching box, corners of the touched box, crossings of the edges of their faces, and
-edges that cross in space; last the number of slots."""
 
-PARALLEL = 1e-6
-"""Sine of the angle between edges below which their product is not an axis."""
+class Slots(NamedTuple):
+    """First slots of the places where boxes may touch, and their number."""
 
-PREFERRED = 1e-6
-"""Overlap, relative to the size of the boxes, by which edges must overlap less than faces to be chosen."""
+    own_corners: int = 0
+    other_corners: int = 4
+    crossings: int = 8
+    edges: int = 16
+    slots: int = 17
+    """First slots: corners of the touching box, corners of the touched box, crossings of the edges of their faces, and
+    edges that cross in space; last the number of slots."""
 
-ON_EDGE = 1e-6
-"""Distance relative to the size of the boxes within which a corner outside a face counts as over the face."""
+
+SLOT = Slots()
+
+
+class Limits(NamedTuple):
+    """From where on numbers count between boxes."""
+
+    parallel: float = 1e-6
+    """Sine of the angle between edges below which their product is not an axis."""
+    preferred: float = 1e-6
+    """Overlap, relative to the size of the boxes, by which edges must overlap less than faces to be chosen."""
+    on_edge: float = 1e-6
+    """Distance relative to the size of the boxes within which a corner outside a face counts as over the face."""
+
+
+LIMITS = Limits()
+
 
 HalfBox = namedtuple("HalfBox", "end half")
 """A box at an end: half its sizes, m."""
@@ -46,12 +63,12 @@ def boxes_meet(own: HalfBox, other: HalfBox) -> BoxesMet:
         found = overlap_along(axis, between, own, other)
         if is_first or found.real < overlap.real:
             n, overlap, is_first = axis, found, False
-    least = overlap.real - PREFERRED * size
+    least = overlap.real - LIMITS.preferred * size
     for i in range(3):
         for j in range(3):
             axis = cross(axis_of(own, i), axis_of(other, j))
             length = norm(axis)
-            if length.real > PARALLEL:
+            if length.real > LIMITS.parallel:
                 axis = (1.0 / length) * axis
                 found = overlap_along(axis, between, own, other)
                 if found.real < least:
@@ -100,24 +117,24 @@ def overlap_along(axis: Vector, between: Vector, own: HalfBox, other: HalfBox) -
 def box_slot(met: BoxesMet, slot: int, own: HalfBox, other: HalfBox) -> tuple[Any, Vector]:
     """Return depth and place in N of a slot."""
     n = met.normal
-    if met.first >= 0 or slot == EDGES:
-        if met.first < 0 or slot != EDGES:
+    if met.first >= 0 or slot == SLOT.edges:
+        if met.first < 0 or slot != SLOT.edges:
             return -without_sign(met.overlap), own.end.p
         p, q = on_edge(own, met.first, n, -1.0), on_edge(other, met.second, n, 1.0)
         a, b, d = axis_of(own, met.first), axis_of(other, met.second), q - p
         c = dot(a, b)
         return met.overlap, p + ((dot(d, a) - c * dot(d, b)) / (1.0 - c * c)) * a
-    margin = ON_EDGE * (size_of(own) + size_of(other))
+    margin = LIMITS.on_edge * (size_of(own) + size_of(other))
     of_own, of_other = face_along(own, -n), face_along(other, n)
-    if slot < OTHER_CORNERS:
+    if slot < SLOT.other_corners:
         p = corner(own, of_own, slot)
         return over(p, other, of_other, n, margin), p
-    if slot < CROSSINGS:
-        p = corner(other, of_other, slot - OTHER_CORNERS)
+    if slot < SLOT.crossings:
+        p = corner(other, of_other, slot - SLOT.other_corners)
         return over(p, own, of_own, -n, margin), p
-    side = (slot - CROSSINGS) // 2
+    side = (slot - SLOT.crossings) // 2
     edge = corner(own, of_own, side), corner(own, of_own, (side + 1) % 4)
-    return crossing((slot - CROSSINGS) % 2, edge, other, of_other, n, margin)
+    return crossing((slot - SLOT.crossings) % 2, edge, other, of_other, n, margin)
 
 
 @inlined

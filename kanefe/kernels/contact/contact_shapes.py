@@ -5,7 +5,7 @@ A shape is its kind and numbers, in a list of numbers from a place on.
 
 from collections import namedtuple
 from enum import IntEnum
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
@@ -27,11 +27,18 @@ from kanefe.kernels.language import (
     square,
 )
 
-CLOSE, MOST_STEPS = 1e-9, 20
-"""Smallest step of the search for the nearest point of a height field, relative to its grid, and most steps."""
 
-NARROW = 1e-3
-"""Fraction of the radius of curvature, for a point above a valley, below which the search does not follow it."""
+class Limits(NamedTuple):
+    """From where on numbers count in a search."""
+
+    close: float = 1e-9
+    most_steps: int = 20
+    """Smallest step of the search for the nearest point of a height field, relative to its grid, and most steps."""
+    narrow: float = 1e-3
+    """Fraction of the radius of curvature, for a point above a valley, below which the search does not follow it."""
+
+
+LIMITS = Limits()
 
 
 class ShapeKind(IntEnum):
@@ -230,7 +237,7 @@ def foot_on_heights(field: HeightField, x: Vector) -> Ground:
     finest = min(field.x_step, field.y_step)
     a, b = x.x, x.y
     is_found = False
-    for left in range(MOST_STEPS, -1, -1):
+    for left in range(LIMITS.most_steps, -1, -1):
         ground = heights(field, a, b)
         if is_found or left == 0:
             break
@@ -244,7 +251,7 @@ def foot_on_heights(field: HeightField, x: Vector) -> Ground:
         off_x, off_y = a - x.x - rise * slope_x, b - x.y - rise * slope_y
         step_x, step_y = (j_yy * off_x - j_xy * off_y) / least, (j_xx * off_y - j_xy * off_x) / least
         a, b = a - step_x, b - step_y
-        is_found = step_x.real**2 + step_y.real**2 <= (CLOSE * finest) ** 2
+        is_found = step_x.real**2 + step_y.real**2 <= (LIMITS.close * finest) ** 2
     return ground
 
 
@@ -318,6 +325,6 @@ def _rate_over_heights(field: HeightField, x: Vector, v: Vector) -> Vector:
     S = congruent((diagonal(zero + 1.0) - square(n, n)).full, bent)
     out = diagonal(zero + 1.0) + dot(n, x - ground.place) * S
     M, rate = out.full, S @ v
-    if dot(M.x, cross(M.y, M.z)).real < NARROW:  # over a valley in which no ball lies from here
+    if dot(M.x, cross(M.y, M.z)).real < LIMITS.narrow:  # over a valley in which no ball lies from here
         return rate
     return out.inverse @ rate  # S commutes with what it is divided by

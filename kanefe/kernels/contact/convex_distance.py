@@ -7,6 +7,7 @@ is exact.
 """
 
 from collections import namedtuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,25 +15,30 @@ from kanefe.kernels.contact.convex_shapes import ConvexShape, Posed, face_of, fa
 from kanefe.kernels.contact.nearest_places import on_segment, on_triangle
 from kanefe.kernels.language import Record, Rows, Vector, across, cross, dot, inlined, kernel, norm
 
-MOST_TRIALS, CLOSE = 100, 1e-16
-"""Largest number of simplices, and relative difference of the square of the distance and its lower bound at the end:
-the square of the error of the normal where shapes are round. Between corners the search ends when it comes back."""
 
-SLIVER = 1e-6
-"""Sine of an angle of a triangle below which two of its vertices count as one where a place in it is sought."""
+class Limits(NamedTuple):
+    """From where on numbers count between convex shapes."""
 
-OVERLAP = 1e-9
-"""Distance of the cores, relative to their size, below which they count as overlapping."""
+    most_trials: int = 100
+    close: float = 1e-16
+    """Largest number of simplices, and relative difference of the square of the distance and its lower bound at the
+    end: the square of the error of the normal where shapes are round. Between corners the search ends when it comes
+    back."""
+    sliver: float = 1e-6
+    """Sine of an angle of a triangle below which two of its vertices count as one where a place in it is sought."""
+    overlap: float = 1e-9
+    """Distance of the cores, relative to their size, below which they count as overlapping."""
+    aside: float = 1e-4
+    """Distance by which overlapping cores are moved apart, relative to their size: well above OVERLAP, and short, since
+    a turn of the normal is known up to the depth and this distance over the radius of a round place."""
+    most_turns: int = 30
+    same_normal: float = 1e-10
+    """Largest number of guesses of the normal, and difference of two of them that counts as none."""
+    no_direction: float = 1e-9
+    """Length, relative to the size, below which a vector is no guess of a direction."""
 
-ASIDE = 1e-4
-"""Distance by which overlapping cores are moved apart, relative to their size: well above OVERLAP, and short, since a
-turn of the normal is known up to the depth and this distance over the radius of a round place."""
 
-MOST_TURNS, SAME_NORMAL = 30, 1e-10
-"""Largest number of guesses of the normal, and difference of two of them that counts as none."""
-
-NO_DIRECTION = 1e-9
-"""Length, relative to the size, below which a vector is no guess of a direction."""
+LIMITS = Limits()
 
 
 class Corner(Record):
@@ -54,19 +60,19 @@ GapFound = namedtuple("GapFound", "gap normal place")
 @kernel
 def way_between(own: Posed, other: ConvexShape, simplex: Simplex) -> Way:
     """Return the shortest way between two cores."""
-    least = OVERLAP * (own.shape.size + other.size)
+    least = LIMITS.overlap * (own.shape.size + other.size)
     v = own.x if dot(own.x, own.x) > 0.0 else Vector(1.0, 0.0, 0.0)
     a = farthest_of_posed(own, -v)
     v = a - farthest(other, v)
     simplex[0].v, simplex[0].own = v, a
     count = 1
-    for _ in range(MOST_TRIALS):
+    for _ in range(LIMITS.most_trials):
         square = dot(v, v)
         if square <= least * least:
             return Way(False, v, a)
         a = farthest_of_posed(own, -v)
         w = a - farthest(other, v)
-        if dot(v, v - w) <= CLOSE * square:
+        if dot(v, v - w) <= LIMITS.close * square:
             break
         is_known = False
         for i in range(count):
@@ -130,7 +136,7 @@ def place_between(simplex: Simplex, count: int, v: Vector) -> Vector:
     ac, other = simplex[2].v - a, simplex[2].own - own
     n = cross(ab, ac)
     square = dot(n, n)
-    if count == 2 or square <= SLIVER * SLIVER * dot(ab, ab) * dot(ac, ac):
+    if count == 2 or square <= LIMITS.sliver * LIMITS.sliver * dot(ab, ab) * dot(ac, ac):
         return own + (dot(av, ab) / dot(ab, ab)) * along
     return own + (dot(cross(av, ac), n) / square) * along + (dot(cross(ab, av), n) / square) * other
 
@@ -148,7 +154,7 @@ def gap_and_normal(own: Posed, other: ConvexShape, simplex: Simplex) -> GapFound
     The place is in the middle between both surfaces, where they are nearest or deepest.
     """
     size = own.shape.size + other.size
-    margin, margins, aside = own.shape.margin, own.shape.margin + other.margin, ASIDE * size
+    margin, margins, aside = own.shape.margin, own.shape.margin + other.margin, LIMITS.aside * size
     is_apart, way, place = way_between(own, other, simplex)
     if is_apart:
         length = norm(way)
@@ -156,9 +162,9 @@ def gap_and_normal(own: Posed, other: ConvexShape, simplex: Simplex) -> GapFound
         if length > aside:
             return GapFound(length - margins, n, place - (margin + 0.5 * (length - margins)) * n)
     else:
-        n = first_guess(own, other, NO_DIRECTION * size)
+        n = first_guess(own, other, LIMITS.no_direction * size)
     gap = gap_along(own, other, n)
-    for _ in range(MOST_TURNS):
+    for _ in range(LIMITS.most_turns):
         moved = (aside - gap) * n
         is_apart, way, place = way_between(Posed(own.shape, own.R, own.x + moved), other, simplex)
         place -= moved
@@ -169,7 +175,7 @@ def gap_and_normal(own: Posed, other: ConvexShape, simplex: Simplex) -> GapFound
         if found <= gap:
             break
         n, gap = turned, found
-        if change < SAME_NORMAL:
+        if change < LIMITS.same_normal:
             break
     return GapFound(gap - margins, n, place - (margin + 0.5 * (gap - margins)) * n)
 

@@ -10,7 +10,7 @@ is not where the shapes are the deepest, the deepest place carries the rest.
 """
 
 from collections import namedtuple
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,20 +20,25 @@ from kanefe.kernels.contact.convex_edges import UP, Edge, Polygon, Slots, put_ed
 from kanefe.kernels.contact.convex_shapes import ConvexShape, Posed, Vertices, outward, put_corners, vertex
 from kanefe.kernels.language import IDENTITY, ZERO, Matrix, Vector, cross, dot, inlined, kernel, unit
 
-ON_EDGE = 1e-7
-"""Distance, relative to the size of the shapes, within which what is beside a face counts as over it."""
 
-STEEP = 1e-2
-"""Cosine of the angle between the normals of a contact and of a face below which the face is seen from its edge."""
+class Limits(NamedTuple):
+    """From where on numbers count in a patch."""
 
-NARROW = 0.02
-"""Length that is left, relative to the smaller shape, below which the deepest place carries what is not shared."""
+    on_edge: float = 1e-7
+    """Distance, relative to the size of the shapes, within which what is beside a face counts as over it."""
+    steep: float = 1e-2
+    """Cosine of the angle between the normals of a contact and of a face below which the face is seen from its edge."""
+    narrow: float = 0.02
+    """Length that is left, relative to the smaller shape, below which the deepest place carries what is not shared."""
+    missed: float = 0.1
+    """Difference of the largest depth of some places and that of the contact, relative to it, by which they carry
+    less."""
+    least: float = 1e-9
+    """Fraction of the force below which a place carries nothing."""
 
-MISSED = 0.1
-"""Difference of the largest depth of some places and that of the contact, relative to it, by which they carry less."""
 
-LEAST = 1e-9
-"""Fraction of the force below which a place carries nothing."""
+LIMITS = Limits()
+
 
 Seen = namedtuple("Seen", "has_face has_line face share line axis")
 """A shape seen along the normal: its face, how much of it that is, and the rest, a line. `has_face, has_line`: whether
@@ -65,7 +70,7 @@ def seen_along(own: Posed, direction: Vector, side: float, axes: Matrix, room: A
     share, count, normal = face_share(shape, along), 0, -side * UP
     if has_face:
         count, normal = put_corners(own, direction, axes, room)
-        share = share if side * normal.z < -STEEP else 0.0
+        share = share if side * normal.z < -LIMITS.steep else 0.0
     a = b = out = ZERO
     if has_line:
         a, b = axes @ (own.x + own.R @ vertex(shape, 0)), axes @ (own.x + own.R @ vertex(shape, 1))
@@ -84,8 +89,8 @@ def put_slots(own: Posed, other: ConvexShape, count: int, room: Any) -> float:
     """
     slots = Slots(room)
     gap, n, deepest = gap_and_normal(own, other, Simplex(room))
-    close = ON_EDGE * (own.shape.size + other.size)
-    patch = Patch(gap, close, NARROW * min(own.shape.size, other.size))
+    close = LIMITS.on_edge * (own.shape.size + other.size)
+    patch = Patch(gap, close, LIMITS.narrow * min(own.shape.size, other.size))
     a = unit(cross(UP if abs(n.z) < 0.5 else Vector(1.0, 0.0, 0.0), n))
     b = cross(n, a)
     axes = Matrix(a.x, a.y, a.z, b.x, b.y, b.z, n.x, n.y, n.z)
@@ -95,7 +100,7 @@ def put_slots(own: Posed, other: ConvexShape, count: int, room: Any) -> float:
         put_slot(slots, i, -abs(gap) - close, UP, ZERO, 0.0)
     most = int(own.shape.corners), int(other.corners)
     total = carried_by_all(above, under, patch, most, slots)
-    put_slot(slots, 0, -gap, UP, axes @ deepest, 1.0 - total if total < 1.0 - LEAST else 0.0)
+    put_slot(slots, 0, -gap, UP, axes @ deepest, 1.0 - total if total < 1.0 - LIMITS.least else 0.0)
     for i in range(count):
         # where a line only stands for an edge that is round, it may be deeper than the shapes are in each other
         slot = slots[i]
@@ -151,12 +156,12 @@ def carried(slots: Slots, first: int, count: int, share: float, left: float, pat
         if slots[i].share > 0.0:
             deepest, whole = max(deepest, slots[i].depth), whole + slots[i].share
     if whole > 0.0:
-        missed = (deepest + patch.gap) / (MISSED * abs(patch.gap) + patch.close)
+        missed = (deepest + patch.gap) / (LIMITS.missed * abs(patch.gap) + patch.close)
         share *= np.exp(-missed * missed) * (1.0 - np.exp(-((left / patch.narrow) ** 2)))
         whole = share / whole
     total = 0.0
     for i in range(first, first + count):
         carries = slots[i].share * whole
-        slots[i].share = carries if carries > LEAST else 0.0
+        slots[i].share = carries if carries > LIMITS.least else 0.0
         total += slots[i].share
     return total

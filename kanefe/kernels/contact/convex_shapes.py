@@ -5,17 +5,23 @@ Numbers of a shape: see `kanefe.contact.convex_numbers`.
 
 import math
 from collections import namedtuple
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.language import Behind, Matrix, Record, Rows, Vector, across, cross, dot, inlined, norm
 
-SAME_HEIGHT = 1e-9
-"""Difference in height, relative to the size, within which vertices are the highest ones together."""
 
-STRAIGHT_DOWN = 1e-12
-"""Sine of the angle between the axis of a disc and a direction below which all of its edge is as far."""
+class Limits(NamedTuple):
+    """From where on numbers count at a shape."""
+
+    same_height: float = 1e-9
+    """Difference in height, relative to the size, within which vertices are the highest ones together."""
+    straight_down: float = 1e-12
+    """Sine of the angle between the axis of a disc and a direction below which all of its edge is as far."""
+
+
+LIMITS = Limits()
 
 
 class ConvexShape(Record):
@@ -83,7 +89,7 @@ def outward(shape: ConvexShape, direction: Vector) -> Vector:
     axis = shape.axis
     way = across(across(direction, axis), axis)  # of a direction near the axis there was little left but round-off
     length = norm(way)
-    return (1.0 / length if length > STRAIGHT_DOWN * norm(direction) else 0.0) * way
+    return (1.0 / length if length > LIMITS.straight_down * norm(direction) else 0.0) * way
 
 
 @inlined
@@ -122,7 +128,7 @@ def corner(shape: ConvexShape, face: ShapeFace, i: int) -> Vector:
 @inlined
 def face_along(shape: ConvexShape, direction: Vector) -> ShapeFace:
     """Return the face that looks most along a direction, of those with most of the highest vertices."""
-    level = dot(farthest(shape, direction), direction) - SAME_HEIGHT * shape.size
+    level = dot(farthest(shape, direction), direction) - LIMITS.same_height * shape.size
     found, most, best = face_of(shape, 0), -1, -np.inf
     for k in range(int(shape.faces)):
         face = face_of(shape, k)

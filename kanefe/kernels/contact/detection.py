@@ -1,16 +1,27 @@
 """Where a point of a contact is to the surface: depth, normal, place, and how fast it moves past it."""
 
+from typing import NamedTuple
+
 from kanefe.kernels.contact.contact_mesh import Away
 from kanefe.kernels.contact.contact_places import AtState, Place, RestNumbers, end_of, point_of
 from kanefe.kernels.contact.contact_shapes import ShapeKind, distance_in
 from kanefe.kernels.force_elements.places import End, Ends
 from kanefe.kernels.language import Vector, cross, dot, inlined, norm
 
-ON_ITS_AXIS, MOST_TURNS, SAME_NORMAL = 1e-9, 100, 1e-15
-"""Sine of the angle between the axis of a ring and the normal below which the ring has no lowest point, largest number
-of iterations, and tolerance of the normal in the search for that point on curved ground, in which the normal at a point
-gives the next point. The error decreases by the radius of the ring over that of the ground, and its square enters the
-depth."""
+
+class Limits(NamedTuple):
+    """From where on numbers count in a search."""
+
+    on_its_axis: float = 1e-9
+    most_turns: int = 100
+    same_normal: float = 1e-15
+    """Sine of the angle between the axis of a ring and the normal below which the ring has no lowest point, largest
+    number of iterations, and tolerance of the normal in the search for that point on curved ground, in which the normal
+    at a point gives the next point. The error decreases by the radius of the ring over that of the ground, and its
+    square enters the depth."""
+
+
+LIMITS = Limits()
 
 
 @inlined
@@ -28,15 +39,15 @@ def located(at: AtState, i: int) -> Place:
     found = away_from(at, centre)
     if ring > 0.0:
         axis, middle = end.A @ own.axis, centre
-        for _ in range(1 if int(at.numbers[int(at.own.shape)]) == ShapeKind.PLANE else MOST_TURNS):
+        for _ in range(1 if int(at.numbers[int(at.own.shape)]) == ShapeKind.PLANE else LIMITS.most_turns):
             down = dot(axis, found.normal) * axis - found.normal
             length = norm(down)
-            if length.real <= ON_ITS_AXIS:
+            if length.real <= LIMITS.on_its_axis:
                 break
             before, centre = found.normal, middle + (ring / length) * down
             found = away_from(at, centre)
             turned = found.normal - before
-            if dot(turned, turned).real <= SAME_NORMAL * SAME_NORMAL:
+            if dot(turned, turned).real <= LIMITS.same_normal * LIMITS.same_normal:
                 break
     return Place(own.radius - found.gap, found.normal, centre - own.radius * found.normal, own.share + 0.0 * found.gap)
 

@@ -4,7 +4,7 @@ The equations are those of `kanefe.contact.rigid.meeting` and `kanefe.contact.ri
 """
 
 from enum import IntEnum
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -26,22 +26,27 @@ class ImpactLaw(IntEnum):
     DISTRIBUTING = 3
 
 
-CLOSED_FROM, SLIPS_FROM = 0.5, 1.5
-"""Values of a status above which a point is closed, and slips; methods keep it to round-off."""
+class Slipping(NamedTuple):
+    """Where a point is closed, slips, and keeps the direction of its slip."""
 
-AT_REST, STRAIGHT = 1e-9, 1e-7
-"""Speed (m/s), and its fraction across the kept direction, below which that direction is used. Friction turns a slow
-slip into its own direction at a rate that grows without bound as the slip ends, and would amplify round-off."""
+    closed_from: float = 0.5
+    slips_from: float = 1.5
+    """Values of a status above which a point is closed, and slips; methods keep it to round-off."""
+    at_rest: float = 1e-9
+    straight: float = 1e-7
+    """Speed (m/s), and its fraction across the kept direction, below which that direction is used. Friction turns a
+    slow slip into its own direction at a rate that grows without bound as the slip ends, and would amplify
+    round-off."""
+    begins: float = 2.0 * at_rest
+    """Lower bound of the length of a direction that is kept from the start of a slip, m/s."""
+    back: float = 0.01
+    """Speed at which a starting slip may reverse by noise of the run, relative to the speed up to which its direction
+    is kept."""
+    turned: float = 0.5
+    """Cosine of the angle by which a slip turns until its direction is stored again."""
 
-BEGINS = 2.0 * AT_REST
-"""Lower bound of the length of a direction that is kept from the start of a slip, m/s."""
 
-BACK = 0.01
-"""Speed at which a starting slip may reverse by noise of the run, relative to the speed up to which its direction is
-kept."""
-
-TURNED = 0.5
-"""Cosine of the angle by which a slip turns until its direction is stored again."""
+SLIPPING = Slipping()
 
 
 class RigidPoint(Record, is_frozen=True):
@@ -155,13 +160,13 @@ def given_points(points: RigidPoints) -> GivenPoints:
 @inlined
 def is_closed(given: RigidPoint, z: np.ndarray) -> bool:
     """Return whether a point touches with internal states z."""
-    return PointStates(z, given.status).status.real > CLOSED_FROM
+    return PointStates(z, given.status).status.real > SLIPPING.closed_from
 
 
 @inlined
 def is_slipping(given: RigidPoint, z: np.ndarray) -> bool:
     """Return whether a point slips with internal states z."""
-    return PointStates(z, given.status).status.real > SLIPS_FROM
+    return PointStates(z, given.status).status.real > SLIPPING.slips_from
 
 
 @inlined
@@ -265,7 +270,7 @@ def slip_direction(given: RigidPoint, z: np.ndarray, met: Meeting) -> tuple[Any,
     ahead = x * a + y * b
     off_x, off_y = x - ahead * a, y - ahead * b
     off = np.sqrt((off_x * off_x + off_y * off_y).real)
-    if not (size.real == 0.0 or size.real > BEGINS or off <= STRAIGHT * speed.real):
+    if not (size.real == 0.0 or size.real > SLIPPING.begins or off <= SLIPPING.straight * speed.real):
         sign = -1.0 if ahead.real < 0.0 else 1.0
         a, b = sign * x / speed, sign * y / speed
     return a, b, speed
@@ -284,4 +289,6 @@ def left_of_slip(given: RigidPoint, z: np.ndarray, met: Meeting) -> Any:
     size, x, y = norm(PointStates(z, given.status).kept), met.rates.y, met.rates.z
     speed = np.sqrt(x * x + y * y)
     ahead = (x * a + y * b) / (size if size > 0.0 else 1.0)
-    return min(ahead + BACK * size, size - speed) if size > BEGINS else ahead - TURNED * speed
+    return (
+        min(ahead + SLIPPING.back * size, size - speed) if size > SLIPPING.begins else ahead - SLIPPING.turned * speed
+    )

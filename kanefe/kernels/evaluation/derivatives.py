@@ -7,7 +7,7 @@ import numpy as np
 
 from kanefe.kernels.evaluation.evaluation import DONE_AS, KEEPS
 from kanefe.kernels.language import COMPLEX, Prepared, RealRows, ValueRows, call_address, entry
-from kanefe.kernels.steppers.step_commands import AT, SLOPE
+from kanefe.kernels.steppers.step_commands import VECTOR
 
 COMPLEX_STEP = 1e-30
 
@@ -19,7 +19,7 @@ def derivatives(evaluation: Prepared, vectors: ValueRows, directions: RealRows, 
     The first row of `vectors`, complex, is the state; `evaluation` is a call of
     `kanefe.kernels.evaluation.evaluation.evaluate` with these vectors.
     """
-    at, slope = vectors[AT], vectors[SLOPE]
+    at, slope = vectors[VECTOR.at], vectors[VECTOR.slope]
     for row in range(len(directions)):
         direction = directions[row]
         for i in range(len(at)):

@@ -23,16 +23,7 @@ from kanefe.kernels.loads.joint_reactions import add_reactions, follow_reactions
 from kanefe.kernels.loads.loads_between import add_loads_between
 from kanefe.kernels.loads.point_and_field_loads import add_field_loads, add_point_loads
 from kanefe.kernels.scene import Rates, Scene, Sizes, State, Work, bodies_of, links_of, rates_in, state_in, work_in
-from kanefe.kernels.steppers.step_commands import (
-    AT,
-    DAMPING_DIRECTION,
-    NO_INERTIA,
-    NOT_FINITE,
-    RATES,
-    SLOPE,
-    STIFFNESS_DIRECTION,
-    is_finite,
-)
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, NOT_FINITE, RATES, VECTOR, is_finite
 from kanefe.kernels.sweeps.driving_forces import put_driving_forces, turn_driven_rotors
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.sweeps.implicit import Pushes, stiffen_joints, stiffen_modes
@@ -124,12 +115,12 @@ def evaluate(
     weakest : float
         Smallest pivot of a constraint, of 1: it falls to zero towards a singular position.
     """
-    state, work = state_in(scene.tables, asked.t, vectors[AT], drives, inputs), work_in(scene, memory)
-    is_regular, pivot = put_rates(scene, state, work, rates_in(scene.tables, vectors[SLOPE]), asked, vectors)
+    state, work = state_in(scene.tables, asked.t, vectors[VECTOR.at], drives, inputs), work_in(scene, memory)
+    is_regular, pivot = put_rates(scene, state, work, rates_in(scene.tables, vectors[VECTOR.slope]), asked, vectors)
     weakest = min(1.0, pivot)
     if not is_regular:
         return NO_INERTIA, weakest
-    return RATES if is_finite(vectors[SLOPE]) else NOT_FINITE, weakest
+    return RATES if is_finite(vectors[VECTOR.slope]) else NOT_FINITE, weakest
 
 
 @expanded
@@ -204,7 +195,7 @@ def modal_dissipation(scene: Scene, work: Work) -> Any:
 def pushes_in(asked: Asked, vectors: np.ndarray, coordinates: int, free: int) -> Pushes:
     """Return what a linearly implicit evaluation is given more."""
     speeds = slice(coordinates, coordinates + free)
-    along = vectors[DAMPING_DIRECTION, speeds], vectors[STIFFNESS_DIRECTION, speeds]
+    along = vectors[VECTOR.damping_direction, speeds], vectors[VECTOR.stiffness_direction, speeds]
     return Pushes(asked.share_damping, asked.share_stiffness, asked.share_of_rates, along[0], along[1])
 
 

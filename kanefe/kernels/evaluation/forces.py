@@ -40,7 +40,7 @@ from kanefe.kernels.loads.loads_between import apply_load, evaluate_alone
 from kanefe.kernels.loads.points import push_points
 from kanefe.kernels.loads.reach import find_near
 from kanefe.kernels.scene import Rates, Scene, State, Work, bodies_of, links_of, rates_in, state_in, work_in
-from kanefe.kernels.steppers.step_commands import AT, RATES, SLOPE
+from kanefe.kernels.steppers.step_commands import RATES, VECTOR
 from kanefe.kernels.sweeps.elastic import combination
 from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward, with_rates
@@ -117,27 +117,27 @@ def forces_of_states(
     """
     own, vectors, drives = forces_in(memory, scene, forces), evaluated.vectors, evaluated.drives
     multipliers = work_in(evaluated.scene, evaluated.memory).multipliers
-    size = len(vectors[AT]) - len(own.own.powers)
+    size = len(vectors[VECTOR.at]) - len(own.own.powers)
     for k in range(len(told.states)):
-        copy(told.states[k, :size], vectors[AT, :size])
+        copy(told.states[k, :size], vectors[VECTOR.at, :size])
         copy(told.values[min(k, len(told.values) - 1)], evaluated.inputs)
         for i in range(len(drives)):
             copy(told.driven[k, i], drives[i])
-        state = state_in(scene.tables, told.times[k], vectors[AT], drives, evaluated.inputs)
+        state = state_in(scene.tables, told.times[k], vectors[VECTOR.at], drives, evaluated.inputs)
         is_told[k] = 0
         if len(told.rates) > 0:
-            copy(told.rates[k], vectors[SLOPE])
+            copy(told.rates[k], vectors[VECTOR.slope])
         else:
-            vectors[AT, size:] = 0.0
+            vectors[VECTOR.at, size:] = 0.0
             evaluated.call.numbers[AT_TIME] = told.times[k]
             call_address(evaluated.call.address, (evaluated.call.places, evaluated.call.numbers))
             if not has_all_forces(evaluated, state.z):
                 continue
         row = ToldForces(forces.told, found[k])
-        copy(vectors[SLOPE], row.rates)
+        copy(vectors[VECTOR.slope], row.rates)
         is_told[k] = 1
         copy(multipliers, own.work.multipliers)
-        put_forces(scene, forces, state, rates_in(scene.tables, vectors[SLOPE]).du, own, row)
+        put_forces(scene, forces, state, rates_in(scene.tables, vectors[VECTOR.slope]).du, own, row)
 
 
 @inlined

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from kanefe.kernels.constraints.closing import CLOSED, ENDED_AS, SHARE_IN_METRIC
+from kanefe.kernels.constraints.closing import ENDED, ENDED_AS, SHARE_IN_METRIC
 from kanefe.kernels.language import Prepared, RealRows, Reals, call_address, copy, kernel
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 
@@ -36,7 +36,7 @@ def close_at(closing: ClosingCall, t: float, share_stiffness: float, y: Reals) -
     copy(y, closing.closed)
     closing.call.numbers[SHARE_IN_METRIC] = share_stiffness
     call_address(closing.call.address, (closing.call.places, closing.call.numbers))
-    if closing.call.numbers[ENDED_AS] != CLOSED:
+    if closing.call.numbers[ENDED_AS] != ENDED.closed:
         return False
     copy(closing.closed, y)
     return True

@@ -11,36 +11,38 @@ import numpy as np
 
 from kanefe.kernels.language import exact
 
-LEAST_DIP = 0.3
-"""Minimum of the parabola through three samples, relative to their largest, below which it is examined closely."""
+
+class Limits(NamedTuple):
+    """From where on numbers count in a search."""
+
+    least_dip: float = 0.3
+    """Minimum of the parabola through three samples, relative to their largest, below which it is examined closely."""
+    closest: float = 1e-15
+    """Distance between two times, relative to their size, below which there is hardly a number between them."""
+    fineness: float = 1e-5
+    """Accuracy of the minimum of a dip, relative to its width."""
+    root_tolerance: float = 1e-13
+    """Width of the interval in which a root is found, relative to the span of the run. States have the tolerance of the
+    run."""
+    at_once: float = 1e-6
+    """Time relative to the span within which events that only end steps do so once."""
+    noise: float = 10.0
+    """Value below which the sign of a function is noise, in multiples of its values about the root found."""
+    looks: int = 12
+    """Values on either side of a root, at most, till two differ: up to 1e-10 of the span away."""
+    round_off: float = 1e-15
+    """Value below which the sign of a function is noise, relative to its largest value in the step, if its value at the
+    root is zero by chance."""
+
+
+LIMITS = Limits()
 
 GOLDEN = 0.6180339887498949
 """Fraction of an interval that a golden section leaves."""
 
-CLOSEST = 1e-15
-"""Distance between two times, relative to their size, below which there is hardly a number between them."""
-
-FINENESS = 1e-5
-"""Accuracy of the minimum of a dip, relative to its width."""
-
-ROOT_TOLERANCE = 1e-13
-"""Width of the interval in which a root is found, relative to the span of the run. States have the tolerance of the
-run."""
-
-AT_ONCE = 1e-6
-"""Time relative to the span within which events that only end steps do so once."""
 
 EPSILON = float(np.finfo(float).eps)
 
-NOISE = 10.0
-"""Value below which the sign of a function is noise, in multiples of its values about the root found."""
-
-LOOKS = 12
-"""Values on either side of a root, at most, till two differ: up to 1e-10 of the span away."""
-
-ROUND_OFF = 1e-15
-"""Value below which the sign of a function is noise, relative to its largest value in the step, if its value at the
-root is zero by chance."""
 
 Value = Callable[[Any, float], float]
 
@@ -86,7 +88,7 @@ def dips(v0: float, v1: float, v2: float, x: float) -> bool:
     if not (c > 0.0 and abs(b) < 2.0 * c):
         return False
     lowest = 0.5 * (v0 + v2) - c - b * b / (4.0 * c)
-    return bool(lowest <= LEAST_DIP * max(v0, v1, v2))
+    return bool(lowest <= LIMITS.least_dip * max(v0, v1, v2))
 
 
 @exact
@@ -160,7 +162,7 @@ def lowest_between(value: Value, data: Any, sign: float, a: float, b: float, tol
 
     It ends as soon as that is below zero, or where no numbers lie between.
     """
-    tolerance = max(tolerance, CLOSEST * max(abs(a), abs(b)))
+    tolerance = max(tolerance, LIMITS.closest * max(abs(a), abs(b)))
     c, d = b - GOLDEN * (b - a), a + GOLDEN * (b - a)
     fc, fd = sign * value(data, c), sign * value(data, d)
     while b - a > tolerance and min(fc, fd) >= 0.0:
@@ -212,7 +214,7 @@ def find_brackets(value: Value, data: Any, of: StepSamples, direction: int, brac
         if times[k] < after or not dips_from(times, values, k):
             continue
         a, b, sign = times[k], times[k + 2], sign_of(values[k])
-        lowest, height = lowest_between(value, data, sign, a, b, FINENESS * (b - a))
+        lowest, height = lowest_between(value, data, sign, a, b, LIMITS.fineness * (b - a))
         if height < 0.0:
             if sign * direction <= 0.0:
                 found = insert(brackets, found, a, lowest)
@@ -236,7 +238,7 @@ def insert(pairs: np.ndarray, count: int, a: float, b: float) -> int:
 @exact
 def time_tolerance(span: float, t: float) -> float:
     """Return how near to each other two moments are one, s."""
-    return max(ROOT_TOLERANCE * span, 4.0 * EPSILON * abs(t))
+    return max(LIMITS.root_tolerance * span, 4.0 * EPSILON * abs(t))
 
 
 @exact
@@ -248,7 +250,7 @@ def is_known(t: float, last: float, span: float) -> bool:
 @exact
 def is_over(t: float, last: float, span: float) -> bool:
     """Return whether an event that only ends steps has just done so: contacts at rest touch again and again."""
-    return t - last <= AT_ONCE * span
+    return t - last <= LIMITS.at_once * span
 
 
 @exact
@@ -337,7 +339,7 @@ def noise_after(value: Value, data: Any, root: float, within: Within, largest: f
     for side in range(2):
         largest_of_side, last, of_side = 0.0, 0.0, 0.0
         reach = tolerance if side == 0 else 0.0
-        for k in range(LOOKS):
+        for k in range(LIMITS.looks):
             t = max(root - reach, within.start) if side == 0 else min(root + reach, within.end)
             here = value(data, t)
             if k < 2 or of_side == 0.0:
@@ -353,7 +355,7 @@ def noise_after(value: Value, data: Any, root: float, within: Within, largest: f
             before = largest_of_side
         else:
             behind = largest_of_side
-    return max(NOISE * min(before, behind, differ), ROUND_OFF * largest)
+    return max(LIMITS.noise * min(before, behind, differ), LIMITS.round_off * largest)
 
 
 @exact

@@ -8,6 +8,8 @@ A polynomial that meets state and rate at both ends of a step has an error like 
 its middle, where it may be well above that of the step itself, this is 1/16; at x = 1.01 it is 1e-4, a 600th of that.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.events.event_search import crossing_between, is_over, sign_of
@@ -16,18 +18,25 @@ from kanefe.kernels.language import RealRows, exact, inlined
 from kanefe.kernels.steppers.breakpoints import next_breakpoint
 from kanefe.kernels.steppers.step_commands import Run, step_of
 
-FARTHEST = 16.0
-"""Longest time ahead for which values are extrapolated, in multiples of the last step: twice what a step grows by."""
 
-PLACES = 8
-"""Number of places ahead at which signs are looked at."""
+class Foresight(NamedTuple):
+    """How far ahead events are looked for."""
 
-FARTHEST_SHARP, SHARPENED = 2.0, 0.8
-"""Time to an event, in multiples of the last step, up to which its polynomial tells better when it comes than values in
-the step, since they are of a lower order; and the share of that time at whose end they are looked at instead."""
+    farthest: float = 16.0
+    """Longest time ahead for which values are extrapolated, in multiples of the last step: twice what a step grows
+    by."""
+    places: int = 8
+    """Number of places ahead at which signs are looked at."""
+    farthest_sharp: float = 2.0
+    sharpened: float = 0.8
+    """Time to an event, in multiples of the last step, up to which its polynomial tells better when it comes than
+    values in the step, since they are of a lower order; and the share of that time at whose end they are looked at
+    instead."""
+    fineness: float = 1e-9
+    """Accuracy of a moment foreseen, relative to the time ahead that is looked at."""
 
-FINENESS = 1e-9
-"""Accuracy of a moment foreseen, relative to the time ahead that is looked at."""
+
+FORESIGHT = Foresight()
 
 
 @exact
@@ -45,7 +54,7 @@ def time_to_event(found: RealRows, watched: WatchedRun, t: float, last_step: flo
         Length of the step before, and the one that the error allows, s.
     """
     nearest, quarter = np.inf, 0.25 * last_step
-    ahead = min(next_step, FARTHEST * last_step) / quarter
+    ahead = min(next_step, FORESIGHT.farthest * last_step) / quarter
     for event in range(len(watched.columns)):
         column = watched.columns[event]
         y3, y2, y1, y0 = found[-1, column], found[-2, column], found[-3, column], found[-4, column]
@@ -56,11 +65,13 @@ def time_to_event(found: RealRows, watched: WatchedRun, t: float, last_step: flo
         first, second = y3 - y2, y3 - 2.0 * y2 + y1
         differences = (y3, first, second, second - (y2 - 2.0 * y1 + y0))
         before = 0.0
-        for place in range(1, PLACES + 1):
-            x = ahead * place / PLACES
+        for place in range(1, FORESIGHT.places + 1):
+            x = ahead * place / FORESIGHT.places
             if not _cubic(differences, x) * y3 > 0.0:
                 a, b = _cubic(differences, before), _cubic(differences, x)
-                nearest = min(nearest, crossing_between(_cubic, differences, (before, a), (x, b), FINENESS * ahead))
+                nearest = min(
+                    nearest, crossing_between(_cubic, differences, (before, a), (x, b), FORESIGHT.fineness * ahead)
+                )
                 break
             before = x
     return nearest * quarter

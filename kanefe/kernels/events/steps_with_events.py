@@ -16,7 +16,7 @@ from kanefe.kernels.events.event_changes import (
     take_reports,
 )
 from kanefe.kernels.events.event_search import Within, noise_after, passes_at, time_tolerance
-from kanefe.kernels.events.foreseen_events import FARTHEST_SHARP, SHARPENED, smooth_until, time_to_event
+from kanefe.kernels.events.foreseen_events import FORESIGHT, smooth_until, time_to_event
 from kanefe.kernels.events.kinks import steps_again
 from kanefe.kernels.events.lookout import look_at_states, look_through, put_closed, put_state, value_at
 from kanefe.kernels.events.roots_of_step import find_roots, first_acting, is_near, sample
@@ -104,8 +104,8 @@ def _foresee(passage: Passage) -> None:
         return
     left = time_to_event(quiet.found, watched, start, last_step, step.next_step)
     reach = step.reach * last_step
-    if reach < left < FARTHEST_SHARP * last_step:
-        near = SHARPENED * left
+    if reach < left < FORESIGHT.farthest_sharp * last_step:
+        near = FORESIGHT.sharpened * left
         look_through(quiet, run, start, start + near)
         rest = time_to_event(quiet.found, watched, start + near, near, left)
         left = near + rest if rest < np.inf else left

@@ -5,23 +5,28 @@ On each piece the places where the distance is least or largest are roots of a p
 below zero the distance is least, and the root there is found in a bracket. A piece that is too far away is left out.
 """
 
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 from kanefe.kernels.force_elements.places import End, Ends
 from kanefe.kernels.language import ZERO, Behind, Record, Rows, Vector, dot, kernel, numbers_from
 from kanefe.kernels.links.polynomials import POWERS
 
-STEPS = 32
-"""Number of steps in which a piece is looked at: its distance has five least places at most."""
 
-MOST_STEPS = 60
-"""Number of steps to a root in its bracket, which halvings alone reach to the last digit in 53."""
+class Limits(NamedTuple):
+    """How the nearest place is looked for."""
+
+    steps: int = 32
+    """Number of steps in which a piece is looked at: its distance has five least places at most."""
+    most_steps: int = 60
+    """Number of steps to a root in its bracket, which halvings alone reach to the last digit in 53."""
+    close: float = 1e-15
+    """Length of a step to a root, relative to that of the piece, that is round-off."""
+
+
+LIMITS = Limits()
 
 DEGREE = 2 * POWERS - 3
 """Degree of g."""
-
-CLOSE = 1e-15
-"""Length of a step to a root, relative to that of the piece, that is round-off."""
 
 
 class Line(Record):
@@ -65,8 +70,8 @@ def nearest_on_pieces(line: Line, ends: Any, room: Any) -> float:
         if is_farther(seen, width, least):
             continue
         low, value_low = 0.0, slope_at(slopes, 0.0)[0]
-        for step in range(1, STEPS + 1):
-            high = width * step / STEPS
+        for step in range(1, LIMITS.steps + 1):
+            high = width * step / LIMITS.steps
             value = slope_at(slopes, high)[0]
             if value_low > 0.0 and value <= 0.0:
                 x = root_between(slopes, low, high)
@@ -133,7 +138,7 @@ def root_between(slopes: Any, low: float, high: float) -> float:
     """Return where g goes from above to below zero, by Newton's steps; by halving where these leave the bracket."""
     width = high - low
     x = 0.5 * (low + high)
-    for _ in range(MOST_STEPS):
+    for _ in range(LIMITS.most_steps):
         value, rate = slope_at(slopes, x)
         if value > 0.0:
             low = x
@@ -142,7 +147,7 @@ def root_between(slopes: Any, low: float, high: float) -> float:
         new = 0.5 * (low + high)
         if rate < 0.0 and low < x - value / rate < high:
             new = x - value / rate
-        if abs(new - x) <= CLOSE * width:
+        if abs(new - x) <= LIMITS.close * width:
             break
         x = new
     return x

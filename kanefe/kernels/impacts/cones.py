@@ -17,17 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
-from kanefe.kernels.impacts.tolerances import (
-    CLOSE,
-    DEPENDENT,
-    ENOUGH,
-    FARTHEST,
-    NEARBY,
-    NEARLY,
-    NEWTON_STEPS,
-    ROUNDS,
-    SWEEPS,
-)
+from kanefe.kernels.impacts.tolerances import SOLVING
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.language import (
     Integers,
@@ -166,14 +156,14 @@ def solve_cones(problem: Problem, k: int, is_warm: bool) -> bool:
             value[i] = -problem.b[i]
             copy(problem.G[i, :n], problem.slopes[i])
         solve_least_norm(problem, n)
-        if residual(problem, k, value) <= CLOSE * max(size, largest_of(value, n)):
+        if residual(problem, k, value) <= SOLVING.close * max(size, largest_of(value, n)):
             copy(value[:n], x)
             return True
-    for _ in range(ROUNDS):
+    for _ in range(SOLVING.rounds):
         if _newton(problem, k, size):
             return True
         _sweep(problem, k)
-        if not largest_of(x, n) <= FARTHEST * size:
+        if not largest_of(x, n) <= SOLVING.farthest * size:
             return False
     return _solve_nearby(problem, k, size)
 
@@ -188,7 +178,7 @@ def _put_steps(problem: Problem, k: int) -> None:
 @kernel
 def _sweep(problem: Problem, k: int) -> None:
     """Go over the contacts by Gauss and Seidel's iteration."""
-    for _ in range(SWEEPS):
+    for _ in range(SOLVING.sweeps):
         for i in range(k):
             put_three(problem.x, 3 * i, _project(problem, k, i, problem.x))
 
@@ -206,7 +196,7 @@ def _solve_nearby(problem: Problem, k: int, size: float) -> bool:
         own_b[i], own[i] = problem.b[i], problem.G[i, i]
         base = max(base, own[i])
     rho, is_solved = base, False
-    for _ in range(NEARBY):
+    for _ in range(SOLVING.nearby):
         for i in range(n):
             problem.b[i], problem.G[i, i] = own_b[i] - rho * x[i], own[i] + rho
         _put_steps(problem, k)
@@ -218,13 +208,13 @@ def _solve_nearby(problem: Problem, k: int, size: float) -> bool:
             problem.b[i], problem.G[i, i] = own_b[i], own[i]
         _put_steps(problem, k)
         biggest = largest_of(x, n)
-        if not biggest <= FARTHEST * size:
+        if not biggest <= SOLVING.farthest * size:
             break
         left = residual(problem, k, x)
-        is_solved = left <= ENOUGH * size
-        if left <= NEARLY * max(size, biggest):
+        is_solved = left <= SOLVING.enough * size
+        if left <= SOLVING.nearly * max(size, biggest):
             break
-        rho = max(0.5 * rho, DEPENDENT * base) if is_near else 4.0 * rho
+        rho = max(0.5 * rho, SOLVING.dependent * base) if is_near else 4.0 * rho
     return is_solved
 
 
@@ -297,10 +287,10 @@ def _newton(problem: Problem, k: int, size: float) -> bool:
     """Write the solution that Newton's method finds from near it, if it does."""
     n, tried, value = 3 * k, problem.tried, problem.value
     copy(problem.x[:n], tried)
-    for _ in range(NEWTON_STEPS):
+    for _ in range(SOLVING.newton_steps):
         for i in range(k):
             _put_equations(problem, k, i)
-        if largest_of(value, n) <= CLOSE * max(size, largest_of(tried, n)):
+        if largest_of(value, n) <= SOLVING.close * max(size, largest_of(tried, n)):
             copy(tried[:n], problem.x)
             return True
         solve_least_norm(problem, n)
@@ -345,5 +335,5 @@ def _put_equations(problem: Problem, k: int, i: int) -> None:
 def solve_least_norm(problem: Problem, n: int) -> None:
     """Replace the value by the least solution of ``slopes x = value``."""
     slopes, value, order, shares, row = problem.slopes, problem.value, problem.order, problem.shares, problem.row
-    rank, _ = factor_least(slopes, value, n, DEPENDENT, order, shares, row)
+    rank, _ = factor_least(slopes, value, n, SOLVING.dependent, order, shares, row)
     solve_least(slopes, value, n, rank, order, shares, row)

@@ -7,7 +7,7 @@ decided by the forces: the complementarity of accelerations.
 import numpy as np
 
 from kanefe.kernels.contact.rigid_points import (
-    AT_REST,
+    SLIPPING,
     GivenPoints,
     ImpactLaw,
     Meeting,
@@ -42,19 +42,7 @@ from kanefe.kernels.impacts.decision import (
 from kanefe.kernels.impacts.drawn_in import draw_in, draw_in_together, largest_acceleration
 from kanefe.kernels.impacts.impulses import stop, strike
 from kanefe.kernels.impacts.stick_or_slip import Event, put_statuses
-from kanefe.kernels.impacts.tolerances import (
-    ACCEPTED,
-    BEGINNING,
-    CROWDED,
-    DEEPER,
-    MOMENT,
-    NEAR,
-    ROUND_OFF_OF_FORCES,
-    ROUND_OFF_OF_GAPS,
-    SHORT_FLIGHT,
-    STILL,
-    STOPPED,
-)
+from kanefe.kernels.impacts.tolerances import CHANGING, ROUND_OFF_OF_FORCES
 from kanefe.kernels.language import ZERO, Reals, Vector, dot, entry, inlined, kernel
 
 
@@ -100,13 +88,13 @@ def _put_blurs(asking: Asking, decision: Decision, asked: ContactQuestion) -> in
     for p in range(len(points)):
         point, met = points[p], meetings[p]
         if point.gap < np.inf:
-            blurs.gap = max(blurs.gap, max(ROUND_OFF_OF_GAPS * asked.length, _blur_of_place(met)))
+            blurs.gap = max(blurs.gap, max(CHANGING.round_off_of_gaps * asked.length, _blur_of_place(met)))
         if point.normal < np.inf:
             blurs.normal = max(blurs.normal, _blur_of_force(point.normal, largest))
         if point.slip_margin < np.inf:
             blurs.slip_margin = max(blurs.slip_margin, _blur_of_force(point.slip_margin, largest))
         if point.left_of_slip < np.inf:
-            rest = STOPPED * decision.now.sizes[p]
+            rest = CHANGING.stopped * decision.now.sizes[p]
             # of a speed v against the slip, 3/2 v is left; for a slipping point the sign is known
             if np.hypot(met.rates.y, met.rates.z) <= rest:
                 blurs.left_of_slip = max(blurs.left_of_slip, 1.5 * rest)
@@ -116,14 +104,14 @@ def _put_blurs(asking: Asking, decision: Decision, asked: ContactQuestion) -> in
 @inlined
 def _blur_of_force(margin: float, largest: float) -> float:
     """Return how far below zero a margin is round-off, or what has been decided with it does not see, N."""
-    is_accepted = -ACCEPTED * largest <= margin < 0.0
-    return max(ROUND_OFF_OF_FORCES * largest, -DEEPER * margin if is_accepted else 0.0)
+    is_accepted = -CHANGING.accepted * largest <= margin < 0.0
+    return max(ROUND_OFF_OF_FORCES * largest, -CHANGING.deeper * margin if is_accepted else 0.0)
 
 
 @inlined
 def _blur_of_place(met: Meeting) -> float:
     """Return the round-off of a gap by the distance of its point from the origin, m."""
-    return ROUND_OFF_OF_GAPS * np.sqrt(dot(met.point, met.point))
+    return CHANGING.round_off_of_gaps * np.sqrt(dot(met.point, met.point))
 
 
 @kernel
@@ -139,7 +127,7 @@ def _change(asking: Asking, decision: Decision, inquiry: Inquiry, y: np.ndarray)
         return WhyNot.FOUND
     if not look(asking, decision, Look.POINTS, t, taking):
         return WhyNot.UNKNOWN
-    strikes, fallen = False, largest_acceleration(decision, taking) * MOMENT * asked.span
+    strikes, fallen = False, largest_acceleration(decision, taking) * CHANGING.moment * asked.span
     for p in taking:
         _begin(points[p], Meetings(decision.now.met)[p].rates, decision.now.sizes[p], fallen, asked)
         strikes = strikes or points[p].rates.x < -points[p].not_moving
@@ -203,12 +191,12 @@ def _select(rigid: GivenPoints, decision: Decision, asked: ContactQuestion, u: n
     scale = scale if what == Asks.STICK else pressed
     least = max(least, 0.0) if least < np.inf else -np.inf
     for p in range(len(points)):
-        point, near = points[p], NEAR * asked.length + _blur_of_place(meetings[p])
-        limit = least + (near if what == Asks.TOUCH else NEAR * scale)
+        point, near = points[p], CHANGING.near * asked.length + _blur_of_place(meetings[p])
+        limit = least + (near if what == Asks.TOUCH else CHANGING.near * scale)
         point.is_concerned = what != Asks.START and margin_of(point, what) <= limit
         lifts = what == Asks.LIFT
         if what == Asks.SLIP and point.is_concerned:
-            rubs, noise = rigid[p].friction.holding * point.normal - point.slip_margin, NEAR * scale
+            rubs, noise = rigid[p].friction.holding * point.normal - point.slip_margin, CHANGING.near * scale
             # friction that is beyond its limit by the noise, and by how far a root is
             lifts = point.normal <= noise and rubs <= 2.0 * noise
         point.is_lifted = point.is_concerned and lifts
@@ -224,8 +212,8 @@ def _select(rigid: GivenPoints, decision: Decision, asked: ContactQuestion, u: n
 def _begin(point: Point, rates: Vector, size: float, fallen: float, asked: ContactQuestion) -> None:
     """Write the rates of a point, and from where on they count."""
     speed = max(size, asked.length)
-    point.not_moving, point.at_rest_below = max(STILL * size, fallen), max(STOPPED * size, fallen)
-    point.slow, point.is_struck, point.rates = asked.rtol**BEGINNING * speed, False, rates
+    point.not_moving, point.at_rest_below = max(CHANGING.still * size, fallen), max(CHANGING.stopped * size, fallen)
+    point.slow, point.is_struck, point.rates = asked.rtol**CHANGING.beginning * speed, False, rates
     if asked.what == Asks.STICK and point.is_concerned:
         # a slip that ends, or turns, within the noise of the run, begins anew or is over
         point.at_rest_below = max(point.at_rest_below, asked.rtol * speed)
@@ -253,7 +241,11 @@ def _let_rest(rigid: GivenPoints, decision: Decision, taking: np.ndarray, inquir
         if point.is_closed or rate <= 0.0 or fall <= 0.0 or e == 1.0:
             continue
         flight, stays_in = 2.0 * rate / fall, rate * rate <= -2.0 * fall * Meetings(decision.now.met)[p].gap
-        if stays_in or flight <= SHORT_FLIGHT * asked.span or flight <= (1.0 - e) * CROWDED * asked.span:
+        if (
+            stays_in
+            or flight <= CHANGING.short_flight * asked.span
+            or flight <= (1.0 - e) * CHANGING.crowded * asked.span
+        ):
             point.is_closed, is_any = True, True
             _report(inquiry, asked.when + flight / (1.0 - e), REPORTED * rigid[p].contact + Reported.RESTS)
     return is_any
@@ -272,7 +264,7 @@ def _write(rigid: GivenPoints, decision: Decision, taking: np.ndarray, z: np.nda
         point, met, states = points[p], meetings[p], PointStates(z, rigid[p].status)
         states.status, states.rate = 0.0 + point.after, ZERO
         if point.after == Status.SLIPS:
-            speed = max(AT_REST, point.slow if is_at_rest(point) else 0.0)
+            speed = max(SLIPPING.at_rest, point.slow if is_at_rest(point) else 0.0)
             states.kept = speed * on_surface(decision.now, p, point.along, point.across)
             states.rate = speed * point.turning
         elif point.after == Status.OPEN:

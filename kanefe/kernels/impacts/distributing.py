@@ -12,15 +12,7 @@ import numpy as np
 
 from kanefe.kernels.contact.rigid_points import GivenPoints, RigidPoint
 from kanefe.kernels.impacts.cones import Cones, Problem, largest_of
-from kanefe.kernels.impacts.tolerances import (
-    HELD,
-    LEAST_RESTITUTION,
-    MOST_SHARING_STEPS,
-    MOST_SWEEPS,
-    NEARLY_HELD,
-    OVER,
-    SHARING_STEP,
-)
+from kanefe.kernels.impacts.tolerances import SHARING
 from kanefe.kernels.language import copy, inlined, kernel
 
 
@@ -75,15 +67,15 @@ def _follow(points: GivenPoints, active: np.ndarray, problem: Problem, stiffness
     k, n, force, total, v, depth = len(active), 3 * len(active), problem.x, problem.tried, problem.value, problem.own_b
     force[:n] = total[:n] = depth[:k] = 0.0
     copy(problem.b[:n], v)
-    for _ in range(MOST_SHARING_STEPS):
+    for _ in range(SHARING.most_sharing_steps):
         is_over, shortest = True, 1.0
         for a in range(k):
-            is_over = is_over and depth[a] == 0.0 and v[3 * a] >= -OVER
+            is_over = is_over and depth[a] == 0.0 and v[3 * a] >= -SHARING.over
             if v[3 * a] > 0.0 and depth[a] > 0.0:
                 shortest = min(shortest, _parting(points[active[a]]))
         if is_over:
             return True
-        h = SHARING_STEP * shortest
+        h = SHARING.sharing_step * shortest
         for a in range(k):
             own = points[active[a]]
             depth[a] = _deeper(depth[a], v[3 * a], _parting(points[active[a]]), 0.5 * h)
@@ -104,7 +96,7 @@ def _follow(points: GivenPoints, active: np.ndarray, problem: Problem, stiffness
 @inlined
 def _parting(given: RigidPoint) -> float:
     """Return the restitution of a point there."""
-    return max(given.restitution, LEAST_RESTITUTION)
+    return max(given.restitution, SHARING.least_restitution)
 
 
 @inlined
@@ -123,7 +115,7 @@ def _rub(k: int, problem: Problem, h: float) -> bool:
     for i in range(n):
         for j in range(n):
             moved[i] += h * problem.G[i, j] * force[j]
-    for _ in range(MOST_SWEEPS):
+    for _ in range(SHARING.most_sweeps):
         worst = 0.0
         for a in range(k):
             if not cones[a].step > 0.0:
@@ -138,6 +130,6 @@ def _rub(k: int, problem: Problem, h: float) -> bool:
             for j in range(n):
                 moved[j] += h * (problem.G[j, i] * first + problem.G[j, i + 1] * second)
             worst = max(worst, max(abs(first), abs(second)))
-        if worst <= HELD * largest:
+        if worst <= SHARING.held * largest:
             return True
-    return worst <= NEARLY_HELD * largest
+    return worst <= SHARING.nearly_held * largest

@@ -29,7 +29,7 @@ from kanefe.kernels.impacts.decision import (
     solve,
 )
 from kanefe.kernels.impacts.impulses import move_by_forces, press, put_groups, strike_alone
-from kanefe.kernels.impacts.tolerances import APART, CLOSELY, NOT_DETERMINED, ROUND_OFF_OF_FORCES, SHORTEST
+from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES, STICKING, STRIKING
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.language import ZERO, Vector, inlined, kernel
 
@@ -51,7 +51,7 @@ def draw_in(
         Whether speeds have changed.
     """
     points, rigid, is_any = points_of(decision), given_points(asking.points), False
-    put_groups(decision.now.G, points, taking, APART)
+    put_groups(decision.now.G, points, taking, STRIKING.apart)
     for p in taking:
         if not _is_jammed(rigid, decision, taking, p):
             continue
@@ -60,7 +60,7 @@ def draw_in(
         if not decision.now.b[3 * p] < -ROUND_OFF_OF_FORCES * largest_acceleration(decision, taking):
             continue
         put_three(decision.rates, 0, Vector(0.0, points[p].rates.y, points[p].rates.z))
-        if strike_alone(rigid[p], decision, p, CLOSELY) and decision.pressed[0] > 0.0:
+        if strike_alone(rigid[p], decision, p, STRIKING.closely) and decision.pressed[0] > 0.0:
             for q in taking:
                 points[q].force = ZERO
             points[p].force = three(decision.pressed, 0)
@@ -91,7 +91,7 @@ def _is_jammed(rigid: GivenPoints, decision: Decision, taking: np.ndarray, p: in
             return False
     A, speed = block(decision.now.G, p, p).T.x, np.hypot(point.rates.y, point.rates.z)
     mu = steady_coefficient(rigid[p].friction, speed)
-    return A.x - mu * (A.y * point.rates.y + A.z * point.rates.z) / speed <= NOT_DETERMINED * A.x
+    return A.x - mu * (A.y * point.rates.y + A.z * point.rates.z) / speed <= STICKING.not_determined * A.x
 
 
 @kernel
@@ -104,7 +104,7 @@ def draw_in_together(asking: Asking, decision: Decision, taking: np.ndarray, u: 
     put_problem(decision.now.G, taking, problem)
     for a in range(k):
         put_three(decision.rates, 3 * a, points[taking[a]].rates)
-    least = SHORTEST * largest_of(decision.rates, 3 * k)
+    least = STRIKING.shortest * largest_of(decision.rates, 3 * k)
     for a in range(k):
         cone = Cones(problem.each)[a]
         cone.mu, cone.least = rigid[taking[a]].friction.holding, 0.0

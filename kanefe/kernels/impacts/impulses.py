@@ -28,17 +28,7 @@ from kanefe.kernels.impacts.decision import (
 )
 from kanefe.kernels.impacts.distributing import distribute
 from kanefe.kernels.impacts.stronge import Blow, strike_one
-from kanefe.kernels.impacts.tolerances import (
-    ADDED,
-    APART,
-    CLOSE,
-    CLOSELY,
-    IN_TURN,
-    JUMPS,
-    ROUGHLY,
-    STILL_IN_TURN,
-    STRUCK,
-)
+from kanefe.kernels.impacts.tolerances import SOLVING, STRIKING
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.language import ZERO, Symmetric, Vector, copy, dot, inlined, kernel, largest_in
 
@@ -57,7 +47,7 @@ def strike(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray
     points, gained = points_of(decision), 0.0
     for p in taking:
         points[p].force, points[p].gains = ZERO, False
-    put_groups(decision.now.G, points, taking, APART)
+    put_groups(decision.now.G, points, taking, STRIKING.apart)
     for p in taking:
         if points[p].group == p:
             active = decision.active[: put_members(decision, taking, p)]
@@ -70,7 +60,7 @@ def strike(asking: Asking, decision: Decision, taking: np.ndarray, u: np.ndarray
     for p in taking:
         largest = max(largest, largest_in(points[p].force))
     for p in taking:
-        points[p].is_struck = points[p].force.x > CLOSE * largest
+        points[p].is_struck = points[p].force.x > SOLVING.close * largest
     return True, gained
 
 
@@ -86,7 +76,7 @@ def move_by_forces(rigid: GivenPoints, decision: Decision, taking: np.ndarray, u
             size += dot(sizes(block(G, p, q).T.x), sizes(points[q].force))
         before = point.rates
         point.rates = before + moved_by(decision, taking, p)
-        point.not_moving = max(point.not_moving, STRUCK * size)
+        point.not_moving = max(point.not_moving, STRIKING.struck * size)
         RigidStates(z, rigid[p].first_state).taken += taken_by(point.force, before, point.rates)
 
 
@@ -156,7 +146,7 @@ def _strike_group(asking: Asking, decision: Decision, active: np.ndarray) -> tup
         strikes = strikes or point.rates.x < -point.not_moving
     if not strikes:
         return True, 0.0
-    is_found, is_poisson = _press_together(asking, decision, active, CLOSELY)
+    is_found, is_poisson = _press_together(asking, decision, active, STRIKING.closely)
     if not is_found:
         return False, 0.0
     made = exchanged = 0.0
@@ -169,7 +159,7 @@ def _strike_group(asking: Asking, decision: Decision, active: np.ndarray) -> tup
         exchanged += 0.5 * dot(sizes(point.force), sizes(point.rates) + sizes(after))
     is_alone = len(active) == 1 or _shares(given_points(asking.points), active)
     depends = not is_alone and _depends_on_order(asking, decision, active)
-    gains = made > ADDED * exchanged
+    gains = made > STRIKING.added * exchanged
     for p in active:
         points[p].is_poisson, points[p].depends, points[p].gains = is_poisson, depends, gains
     return True, made if gains else 0.0
@@ -194,11 +184,11 @@ def _depends_on_order(asking: Asking, decision: Decision, active: np.ndarray) ->
     for p in active:
         size = max(size, largest_in(points[p].rates))
     for is_last_first in (False, True):
-        if not _strike_in_turn(asking, decision, active, is_last_first, STILL_IN_TURN * size):
+        if not _strike_in_turn(asking, decision, active, is_last_first, STRIKING.still_in_turn * size):
             continue
         for p in active:
             point = points[p]
-            if largest_in(point.acceleration - point.rates - moved_by(decision, active, p)) > JUMPS * size:
+            if largest_in(point.acceleration - point.rates - moved_by(decision, active, p)) > STRIKING.jumps * size:
                 return True
     return False
 
@@ -209,7 +199,7 @@ def _strike_in_turn(asking: Asking, decision: Decision, active: np.ndarray, is_l
     points, one, k = points_of(decision), decision.alone, len(active)
     for p in active:
         points[p].acceleration = points[p].rates
-    for _ in range(IN_TURN):
+    for _ in range(STRIKING.in_turn):
         one[0] = -1
         for a in range(k):
             p = active[k - 1 - a if is_last_first else a]
@@ -218,7 +208,7 @@ def _strike_in_turn(asking: Asking, decision: Decision, active: np.ndarray, is_l
         if one[0] < 0:
             return True
         put_three(decision.rates, 0, points[one[0]].acceleration)
-        is_found, _ = _press_together(asking, decision, one, ROUGHLY)
+        is_found, _ = _press_together(asking, decision, one, STRIKING.roughly)
         if not is_found:
             return False
         for p in active:
@@ -318,7 +308,7 @@ def _share(decision: Decision, k: int) -> float:
         linear += more[i] * (before + first)
         squared += 0.5 * more[i] * second
         exchanged += abs(more[i]) * abs(before)
-    if gone + linear + squared <= ADDED * exchanged or squared <= 0.0:
+    if gone + linear + squared <= STRIKING.added * exchanged or squared <= 0.0:
         return 1.0
     gone = min(gone, 0.0)
     return min(1.0, -2.0 * gone / (linear + np.sqrt(linear * linear - 4.0 * squared * gone)))

@@ -10,15 +10,20 @@ from kanefe.kernels.impacts.step_impulses import Step
 from kanefe.kernels.language import Integers, Reals, Record, in_place
 from kanefe.kernels.tables import FlexibleTables, Loops, Tables
 
-BEYOND = 1e-6
-"""Violation relative to the friction limit, to the largest normal force and to the scene's length above which the run
-is in error."""
 
-DOUBLY = 2.0
-"""Penetration, in multiples of the first-order error of steps over impacts, above which it is an error."""
+class Marching(NamedTuple):
+    """From where on numbers count in steps over impacts."""
 
-ROUND_OFF = 1e-9
-"""Tolerance, relative to a step, by which the last step may be longer."""
+    beyond: float = 1e-6
+    """Violation relative to the friction limit, to the largest normal force and to the scene's length above which the
+    run is in error."""
+    doubly: float = 2.0
+    """Penetration, in multiples of the first-order error of steps over impacts, above which it is an error."""
+    round_off: float = 1e-9
+    """Tolerance, relative to a step, by which the last step may be longer."""
+
+
+MARCHING = Marching()
 
 
 class Ending(IntEnum):

@@ -22,7 +22,7 @@ from kanefe.kernels.contact.rigid_points import (
 from kanefe.kernels.evaluation.evaluation import DONE_AS
 from kanefe.kernels.impacts.decision import Asked, Decision, Look, Moment, Points, Status, points_of
 from kanefe.kernels.language import Reals, call_address, copy, entry, inlined, kernel
-from kanefe.kernels.steppers.step_commands import RATES, SLOPE
+from kanefe.kernels.steppers.step_commands import RATES, VECTOR
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.sweeps.drives import Drives, put_drives
 from kanefe.kernels.tables import FlexibleTables, Loops, Tables
@@ -78,7 +78,7 @@ def look_at_points(scene: ContactScene, decision: Decision, y: Reals) -> None:
     if what == Look.MARGINS:
         _put_margins(scene, decision, y)
     elif what == Look.FREE_ACCELERATIONS:
-        copy(looked.vectors[SLOPE, first : looked.first_state], decision.motion[0])
+        copy(looked.vectors[VECTOR.slope, first : looked.first_state], decision.motion[0])
     elif what == Look.POINTS:
         _put_moment(scene, taking, state[first:], decision.now)
     else:
@@ -135,7 +135,7 @@ def _put_moment(scene: ContactScene, taking: np.ndarray, u: np.ndarray, moment: 
     loops, looked, free = scene.loops, scene.looked, moment.responses.shape[1]
     kept = unit_responses_in(looked.holding, loops)
     first = head_of(loops, 0)
-    du = looked.vectors[SLOPE, looked.first_state - free : looked.first_state]
+    du = looked.vectors[VECTOR.slope, looked.first_state - free : looked.first_state]
     for a in range(len(taking)):
         p = taking[a]
         copy(kept.met.numbers[p], moment.met[p])

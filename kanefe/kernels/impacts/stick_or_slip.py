@@ -26,13 +26,7 @@ from kanefe.kernels.impacts.decision import (
     solve,
 )
 from kanefe.kernels.impacts.impulses import moved_by, respond
-from kanefe.kernels.impacts.tolerances import (
-    AHEAD,
-    HOLDS,
-    NOT_DETERMINED,
-    ROUND_OFF_OF_ACCELERATIONS,
-    ROUND_OFF_OF_FORCES,
-)
+from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES, STICKING
 from kanefe.kernels.joints.motion import put_three, three
 from kanefe.kernels.language import ZERO, copy, inlined, kernel, largest_in
 
@@ -145,7 +139,7 @@ def _put_found(decision: Decision, taking: np.ndarray, active: np.ndarray) -> No
 def _is_at_limit(problem: Problem, a: int, biggest: float) -> bool:
     """Return whether a contact sticks by all that its friction can hold."""
     cone, force = Cones(problem.each)[a], three(problem.x, 3 * a)
-    is_full = np.hypot(force.y, force.z) >= HOLDS * cone.mu * force.x
+    is_full = np.hypot(force.y, force.z) >= STICKING.holds * cone.mu * force.x
     return not slips_along(cone) and force.x > ROUND_OFF_OF_FORCES * biggest and is_full
 
 
@@ -184,7 +178,7 @@ def _find_slipping_soon(
         is_any = is_any or _is_at_limit(problem, a, biggest)
     if not is_any or event.span <= 0.0:
         return True, False
-    for share in AHEAD:
+    for share in STICKING.ahead:
         if not _go_ahead(asking, decision, taking, active, share, event):
             return False, False
         if not solve(asking.solving_ahead, later, k, True):
@@ -233,13 +227,13 @@ def _go_ahead(
 def _turn(asking: Asking, decision: Decision, taking: np.ndarray, active: np.ndarray, event: Event) -> bool:
     """Write the rates of the directions of slips that begin, in the axes of the surfaces; return if they are known."""
     points, later, is_any = points_of(decision), decision.ahead, False
-    h = min(AHEAD[-1] * event.span, event.stop - event.t)
+    h = min(STICKING.ahead[-1] * event.span, event.stop - event.t)
     for p in taking:
         points[p].turning = ZERO
         is_any = is_any or points[p].begins
     if not is_any or h <= 0.0:
         return True
-    if not _go_ahead(asking, decision, taking, active, AHEAD[-1], event):
+    if not _go_ahead(asking, decision, taking, active, STICKING.ahead[-1], event):
         return False
     for a in range(len(active)):
         if points[active[a]].begins:
@@ -267,7 +261,10 @@ def _follow(asking: Asking, decision: Decision, active: np.ndarray) -> int:
     _begin_slips(asking, decision, active)
     for a in range(k):
         cone, own = Cones(problem.each)[a], block(problem.G, a, a).T.x
-        if slips_along(cone) and own.x - cone.mu * (own.y * cone.along + own.z * cone.across) <= NOT_DETERMINED * own.x:
+        if (
+            slips_along(cone)
+            and own.x - cone.mu * (own.y * cone.along + own.z * cone.across) <= STICKING.not_determined * own.x
+        ):
             drawn = a if drawn < 0 else drawn
     is_found = solve(asking.solving, problem, k, False)
     if not is_found and (drawn < 0 or k > 1):
@@ -279,7 +276,7 @@ def _follow(asking: Asking, decision: Decision, active: np.ndarray) -> int:
     for p in active:
         own = decision.now.G[3 * p, 3 * p]
         if own > 0.0:
-            noise = max(noise, ROUND_OFF_OF_ACCELERATIONS * decision.now.accelerated[p] / own)
+            noise = max(noise, STICKING.round_off_of_accelerations * decision.now.accelerated[p] / own)
     if largest_of(problem.x, 3 * k) <= noise:  # what falls freely presses on nothing
         problem.x[: 3 * k] = 0.0
     return WhyNot.FOUND

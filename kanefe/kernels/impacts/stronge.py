@@ -12,17 +12,27 @@ Mech. 63 (1996) 168-172).
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.contact.falling import steady_coefficient
 from kanefe.kernels.contact.rigid_points import RigidPoint
-from kanefe.kernels.impacts.tolerances import BRANCHES, IMPACT_ENDS, SETTLED, STRAIGHT_SLIP, WEAK
+from kanefe.kernels.impacts.tolerances import SLIDING
 from kanefe.kernels.language import Record, Rows, Symmetric, Vector, copy, inlined, kernel, largest_in
 
-FIRST_TURN, MOST_STEPS, HALVINGS = 0.1, 20000, 60
-"""First angle of a slip that turns, rad; largest number of steps, of which some hundreds are common; and number of
-halvings that find where it ends."""
+
+class Limits(NamedTuple):
+    """How a slip that turns is followed."""
+
+    first_turn: float = 0.1
+    most_steps: int = 20000
+    halvings: int = 60
+    """First angle of a slip that turns, rad; largest number of steps, of which some hundreds are common; and number of
+    halvings that find where it ends."""
+
+
+LIMITS = Limits()
 
 
 class Ending(IntEnum):
@@ -107,7 +117,7 @@ def strike_one(blow: Blow, given: RigidPoint, turned: np.ndarray) -> bool:
         return True
     blow.G, blow.first = (1.0 / by) * blow.G, (1.0 / size) * blow.first
     blow.v = blow.first
-    for _ in range(BRANCHES):
+    for _ in range(SLIDING.branches):
         slip = np.hypot(blow.v.y, blow.v.z)
         push = _rubbed(blow, given, slip)
         gains = blow.G @ push
@@ -115,8 +125,8 @@ def strike_one(blow: Blow, given: RigidPoint, turned: np.ndarray) -> bool:
         is_over = blow.loads and blow.v.x >= 0.0 and gains.x >= 0.0
         if is_over and (blow.stored <= blow.kept or _turn_round(blow, given)):
             break
-        across = 0.0 if slip <= IMPACT_ENDS else abs(blow.v.y * gains.z - blow.v.z * gains.y) / slip
-        if blow.mu == 0.0 or across <= STRAIGHT_SLIP * (1.0 + abs(gains.y) + abs(gains.z)):
+        across = 0.0 if slip <= SLIDING.impact_ends else abs(blow.v.y * gains.z - blow.v.z * gains.y) / slip
+        if blow.mu == 0.0 or across <= SLIDING.straight_slip * (1.0 + abs(gains.y) + abs(gains.z)):
             found, stops = _go_straight(blow, push, gains, slip)
         else:
             found = _turn(blow, slip, turned)
@@ -151,7 +161,7 @@ def _rubbed(blow: Blow, given: RigidPoint, slip: float) -> Vector:
     blow.mu, blow.is_held, holding = 0.0, False, given.friction.holding
     if holding == 0.0:
         return Vector(1.0, 0.0, 0.0)
-    if slip > IMPACT_ENDS:
+    if slip > SLIDING.impact_ends:
         blow.mu = mu = steady_coefficient(given.friction, blow.unit * slip)
         return Vector(1.0, -mu * blow.v.y / slip, -mu * blow.v.z / slip)
     is_held, push = held_by(blow.G, holding)
@@ -175,7 +185,7 @@ def held_by(G: Symmetric, mu: float) -> tuple[bool, Vector]:
     turn = 0.5 * np.arctan2(b, half)
     x, y = np.cos(turn), np.sin(turn)
     b1, b2 = x * A.x.y + y * A.x.z, x * A.x.z - y * A.x.y
-    weak = WEAK * A.x.x
+    weak = SLIDING.weak * A.x.x
     free1 = -b1 / first if first > weak else 0.0
     free2 = -b2 / second if second > weak else 0.0
     is_held = np.hypot(free1, free2) <= mu
@@ -224,11 +234,11 @@ def _straight(blow: Blow, v: float, c: float, stored: float, slip: float, slowin
 def _turn(blow: Blow, slip: float, turned: np.ndarray) -> Ending:
     """Follow a slip that turns to what ends it, in steps of Dormand and Prince; return what that is."""
     turns = Turns(turned)
-    state, tried, h = turns[len(turns) - 2], turns[len(turns) - 1], FIRST_TURN
+    state, tried, h = turns[len(turns) - 2], turns[len(turns) - 1], LIMITS.first_turn
     state.normal, state.size, state.angle = blow.v.x, np.log(slip), np.arctan2(blow.v.z, blow.v.y)
     state.p, state.stored = blow.p, blow.stored
     found = Ending.FAILS
-    for _ in range(MOST_STEPS):
+    for _ in range(LIMITS.most_steps):
         error = _step(blow, h, turned) / blow.closely
         if not error <= 1.0:
             h *= max(0.2, 0.9 * error**-0.2) if error < np.inf else 0.2
@@ -251,7 +261,7 @@ def _turn(blow: Blow, slip: float, turned: np.ndarray) -> Ending:
 def _halve(blow: Blow, h: float, turned: np.ndarray) -> Ending:
     """Write a step, of at most h, to what ends a slip that turns; return what that is."""
     low, high, tried = 0.0, h, Turns(turned)[len(turned) - 1]
-    for _ in range(HALVINGS):
+    for _ in range(LIMITS.halvings):
         middle = 0.5 * (low + high)
         _step(blow, middle, turned)
         if _passed(tried, blow.loads) != Ending.GOES_ON:
@@ -272,7 +282,7 @@ def _settled(blow: Blow, turned: np.ndarray) -> Ending:
     rates, state = turns[0], turns[len(turns) - 2]
     _put_rates(blow, state, rates)
     sizes = A.x.x + abs(A.x.y) + abs(A.x.z) + A.y.y + 2.0 * abs(A.y.z) + A.z.z
-    error = SETTLED * blow.closely * (1.0 + mu) * sizes
+    error = SLIDING.settled * blow.closely * (1.0 + mu) * sizes
     if abs(rates.angle) > error:
         return Ending.GOES_ON
     x, z = np.cos(state.angle), np.sin(state.angle)
@@ -295,7 +305,7 @@ def _settled(blow: Blow, turned: np.ndarray) -> Ending:
 def _passed(y: Turned, loads: bool) -> Ending:
     """Return what a slip that turns has come to."""
     found = Ending.GOES_ON
-    if y.size <= np.log(IMPACT_ENDS):
+    if y.size <= np.log(SLIDING.impact_ends):
         found = Ending.STOPS
     elif loads:
         found = Ending.TURNS if y.normal >= 0.0 else Ending.GOES_ON

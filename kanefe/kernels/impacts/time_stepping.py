@@ -10,18 +10,18 @@ from kanefe.kernels.constraints.contact_margins import Looked
 from kanefe.kernels.constraints.loop_tables import head_of, unit_responses_in
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
 from kanefe.kernels.contact.output_places import Status
-from kanefe.kernels.contact.rigid_points import AT_REST, Meetings, PointStates, RigidStates, given_points
+from kanefe.kernels.contact.rigid_points import SLIPPING, Meetings, PointStates, RigidStates, given_points
 from kanefe.kernels.evaluation.bending import watch_bends
 from kanefe.kernels.evaluation.evaluation import LEAST_PIVOT
 from kanefe.kernels.events.closing_call import close_at
 from kanefe.kernels.impacts.decision import Decision, Look, block, look, on_surface, points_of
 from kanefe.kernels.impacts.impulses import respond
-from kanefe.kernels.impacts.march import BEYOND, DOUBLY, ROUND_OFF, Ending, ImpactScene, March, Progress, Told
+from kanefe.kernels.impacts.march import MARCHING, Ending, ImpactScene, March, Progress, Told
 from kanefe.kernels.impacts.step_impulses import ClosedPoints, Tried, solve_islands
 from kanefe.kernels.impacts.tolerances import ROUND_OFF_OF_FORCES
 from kanefe.kernels.language import ZERO, RealRows, Reals, copy, dot, entry, inlined, kernel, largest_in
 from kanefe.kernels.scene import Sizes
-from kanefe.kernels.steppers.step_commands import SLOPE
+from kanefe.kernels.steppers.step_commands import VECTOR
 from kanefe.kernels.sweeps.advance import advance
 from kanefe.kernels.tables import Tables
 
@@ -46,7 +46,7 @@ def march_over_impacts(
     at = Progress(march.integers, march.reals)
     while at.passed < len(times_of_outputs) and at.most > 0:
         left = at.stop - at.time
-        h = left if left <= at.length * (1.0 + ROUND_OFF) else at.length
+        h = left if left <= at.length * (1.0 + MARCHING.round_off) else at.length
         watch_bends(march.bends, march.bent, at.time, march.new)
         done = _step(scene, decision, march, h)
         if done != Ending.DONE:
@@ -83,7 +83,7 @@ def _step(scene: ImpactScene, decision: Decision, march: March, h: float) -> End
     advance(scene.tables, scene.flexible, y[:first], y[first:last], 0.5 * h, at[:first])
     if not (look(asking, decision, Look.MARGINS, t, decision.taking[:0]) and _is_regular(looked)):
         return Ending.LEFT
-    taking, slope = decision.taking[: _find_closed(decision, march)], looked.vectors[SLOPE]
+    taking, slope = decision.taking[: _find_closed(decision, march)], looked.vectors[VECTOR.slope]
     for c in range(first, last):
         at[c] = y[c] + 0.5 * h * slope[c]
     if not (look(asking, decision, Look.FREE_ACCELERATIONS, t, taking) and _is_regular(looked)):
@@ -174,11 +174,11 @@ def _strike(decision: Decision, march: March, u: np.ndarray) -> bool:
         one.after = after
     approach, bend = max(told.approach, tried.approach), told.bend + tried.bend
     too_deep = Progress(march.integers, march.reals).too_deep
-    is_right = tried.depth <= too_deep + DOUBLY * (approach + bend)
+    is_right = tried.depth <= too_deep + MARCHING.doubly * (approach + bend)
     for a in range(tried.closed):
         push, mu = closed[a].impulse, given_points(march.step.points)[closed[a].point].friction.holding
-        along, beyond = np.hypot(push.y, push.z), max(BEYOND * mu, ROUND_OFF_OF_FORCES) * pressed
-        is_right = is_right and push.x >= -BEYOND * pressed and along <= mu * push.x + beyond
+        along, beyond = np.hypot(push.y, push.z), max(MARCHING.beyond * mu, ROUND_OFF_OF_FORCES) * pressed
+        is_right = is_right and push.x >= -MARCHING.beyond * pressed and along <= mu * push.x + beyond
     if is_right:
         told.approach, told.bend, told.deepest = approach, bend, max(told.deepest, tried.depth)
         told.residual, told.lowered = max(told.residual, tried.residual), told.lowered + tried.lowered
@@ -212,6 +212,6 @@ def _put_statuses(scene: ImpactScene, decision: Decision, march: March, h: float
         if one.after.x <= still:  # else it has bounced
             states, sticks = PointStates(y, first + given.status), given.rubs and slip <= still
             states.status = 0.0 + (Status.STICKS if sticks else Status.SLIPS).value
-            share = AT_REST / slip if slip > 0.0 else 0.0
+            share = SLIPPING.at_rest / slip if slip > 0.0 else 0.0
             way = on_surface(decision.now, p, share * one.after.y, share * one.after.z)
             states.kept = Meetings(decision.now.met)[p].place if sticks else way

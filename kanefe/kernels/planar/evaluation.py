@@ -10,7 +10,7 @@ from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import PlanarTables, PlanarWork
 from kanefe.kernels.planar.outward import add_point_loads, set_ground, sweep_outward, sweep_turns
 from kanefe.kernels.scene import Rates, State, rates_in, state_in
-from kanefe.kernels.steppers.step_commands import AT, NO_INERTIA, NOT_FINITE, RATES, SLOPE, is_finite
+from kanefe.kernels.steppers.step_commands import NO_INERTIA, NOT_FINITE, RATES, VECTOR, is_finite
 from kanefe.kernels.sweeps.implicit import stiffen_joints
 
 
@@ -28,12 +28,13 @@ def evaluate_planar(
     Arguments and what is returned are the same, with the tables of the plane for the scene;
     `weakest` is 1, as of a scene without constraints.
     """
-    state, rates = state_in(tables, asked.t, vectors[AT], drives, inputs), rates_in(tables, vectors[SLOPE])
+    state = state_in(tables, asked.t, vectors[VECTOR.at], drives, inputs)
+    rates = rates_in(tables, vectors[VECTOR.slope])
     work = PlanarWork(tables.work, memory)
     set_ground(work.work, work.angles)
     if not put_planar_rates(tables, state, work, rates, asked, vectors):
         return NO_INERTIA, 1.0
-    return RATES if is_finite(vectors[SLOPE]) else NOT_FINITE, 1.0
+    return RATES if is_finite(vectors[VECTOR.slope]) else NOT_FINITE, 1.0
 
 
 @expanded

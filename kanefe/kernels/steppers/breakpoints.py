@@ -6,14 +6,24 @@ the last look. `left_sides` are, if there are any, as many times: the last ones 
 have their values from before it (where none jumps, itself).
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.language import copy, inlined, kernel
 from kanefe.kernels.steppers.step_commands import Command, Reason, Step
 
-FEWEST_KEPT, MOST_KEPT = 8, 1024
-EPSILON = 2.220446049250313e-16  # of numbers
-PIECES_OF_FREE_STEP = 4.0  # steps that want more pieces of a table than these pass over its knots
+
+class Limits(NamedTuple):
+    """How many breakpoints are kept and passed over."""
+
+    fewest_kept: int = 8
+    most_kept: int = 1024
+    epsilon: float = 2.220446049250313e-16  # of numbers
+    pieces_of_free_step: float = 4.0  # steps that want more pieces of a table than these pass over its knots
+
+
+LIMITS = Limits()
 
 
 @inlined
@@ -84,7 +94,7 @@ def _meet_breakpoint(step: Step) -> None:
     i = step.next_breakpoint
     if i < step.breakpoint_count:
         knot = step.breakpoints[i]
-        if abs(step.time - knot) <= 4.0 * EPSILON * abs(knot):
+        if abs(step.time - knot) <= 4.0 * LIMITS.epsilon * abs(knot):
             step.time = knot
 
 
@@ -93,19 +103,19 @@ def breakpoint_ahead(step: Step, wanted: float) -> float:
     """Return the breakpoint of a table at which the step must end, s; infinity if steps may pass over breakpoints.
 
     No method is of its order across a kink. Where a step that passes over knots is rejected until few are left, the
-    next steps end at them: `FEWEST_KEPT` at first, twice as many each time that a longer step fails at once again.
+    next steps end at them: `LIMITS.fewest_kept` at first, twice as many each time that a longer step fails at once.
     """
     i, knots, last = next_breakpoint(step), step.breakpoints, step.last_kept
     is_rejected = step.rejected > step.rejected_before
     step.rejected_before = step.rejected
     if i == len(knots):
         return np.inf
-    free = PIECES_OF_FREE_STEP * (knots[i] - knots[i - 1])
+    free = LIMITS.pieces_of_free_step * (knots[i] - knots[i - 1])
     if i > last:
         if not (is_rejected and step.time + step.h > knots[i] and wanted < free):
             return np.inf
-        is_same = i <= last + 2.0 * PIECES_OF_FREE_STEP
-        step.kept_at_once = min(2 * step.kept_at_once, MOST_KEPT) if is_same else FEWEST_KEPT
+        is_same = i <= last + 2.0 * LIMITS.pieces_of_free_step
+        step.kept_at_once = min(2 * step.kept_at_once, LIMITS.most_kept) if is_same else LIMITS.fewest_kept
         step.last_kept = i + step.kept_at_once
     step.next_step = min(step.next_step, free)  # steps that end at knots have errors so small that they say nothing
     return float(knots[i])

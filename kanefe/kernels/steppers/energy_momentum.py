@@ -25,6 +25,7 @@ adds up over the steps.
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -46,13 +47,20 @@ from kanefe.kernels.steppers.mixing import mix
 from kanefe.kernels.steppers.moves import move, move_within
 from kanefe.kernels.steppers.step_commands import Command, Reason, ask, fail, largest_share
 
-MANY_SWEEPS, MOST_SWEEPS = 30, 60
 
-SOLVED = 10.0
-"""Tolerance of the unknowns in multiples of `CLOSE`; the conserved quantities do not depend on it."""
+class Limits(NamedTuple):
+    """How far a step is solved."""
 
-ROUGH = 1e7
-"""Accuracy of the accelerations, in multiples of `CLOSE`, that suffices to see which quantities are not conserved."""
+    many_sweeps: int = 30
+    most_sweeps: int = 60
+    solved: float = 10.0
+    """Tolerance of the unknowns in multiples of `CLOSE`; the conserved quantities do not depend on it."""
+    rough: float = 1e7
+    """Accuracy of the accelerations, in multiples of `CLOSE`, that suffices to see which quantities are not
+    conserved."""
+
+
+LIMITS = Limits()
 
 
 class Stage(IntEnum):
@@ -155,11 +163,11 @@ def _iterate(step: KeepingStep) -> int:
     before = step.change_left
     step.change_left = change = _take_over(step)
     diverges = step.sweeps > 4 and change > max(1e12, 0.5 * before)
-    if diverges or not change < np.inf or step.sweeps > MOST_SWEEPS:
+    if diverges or not change < np.inf or step.sweeps > LIMITS.most_sweeps:
         return fail(step, Reason.NO_CONVERGENCE, Stage.NEXT)
     if step.has_directions:
         return _weigh_end(step)
-    if change > ROUGH:
+    if change > LIMITS.rough:
         copy(step.found, step.tried)
         return _ask_middle(step)
     _put_step(step, step.found)
@@ -173,7 +181,7 @@ def _judge(step: KeepingStep) -> int:
     if not missing < np.inf:
         return fail(step, Reason.NO_CONVERGENCE, Stage.NEXT)
     # where round-off is above what is aimed at, what many sweeps leave is small enough
-    if max(missing, step.change_left / SOLVED) > (1.0 if step.sweeps < MANY_SWEEPS else 1e2):
+    if max(missing, step.change_left / LIMITS.solved) > (1.0 if step.sweeps < LIMITS.many_sweeps else 1e2):
         mix(step.memory, step.corrections, step.residual, step.found, step.tried)
         step.corrections += 1
         return _ask_middle(step)

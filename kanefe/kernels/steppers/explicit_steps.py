@@ -6,7 +6,7 @@ dense output, again from the second column on.
 """
 
 from enum import IntEnum
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -25,17 +25,24 @@ from kanefe.kernels.steppers.step_commands import (
     wish,
 )
 
-# By which the first step may grow, which is a guess far on the safe side: as in CVODE (Hindmarsh et al., ACM Trans.
-# Math. Software 31 (2005) 363-396)
-LARGEST_GROWTH = 1e4
-# Error, relative to the tolerance, below which it is round-off: a first step must not depend on units
-ROUND_OFF = 1e-10
-# Share of the usual pivot below which a step that falls to a tenth creeps up to a singular position
-SINGULAR = 1e-3
-# Share of the usual step below which a mechanism is held for good: at a dead centre its speeds grow without bound
-SMALLEST_CREEP = 1e-5
-# To which the relative tolerance may grow there: the error of one step
-LARGEST_RELATIVE = 1e-6
+
+class Limits(NamedTuple):
+    """From where on numbers count in a step."""
+
+    # By which the first step may grow, which is a guess far on the safe side: as in CVODE (Hindmarsh et al., ACM Trans.
+    # Math. Software 31 (2005) 363-396)
+    largest_growth: float = 1e4
+    # Error, relative to the tolerance, below which it is round-off: a first step must not depend on units
+    round_off: float = 1e-10
+    # Share of the usual pivot below which a step that falls to a tenth creeps up to a singular position
+    singular: float = 1e-3
+    # Share of the usual step below which a mechanism is held for good: at a dead centre its speeds grow without bound
+    smallest_creep: float = 1e-5
+    # To which the relative tolerance may grow there: the error of one step
+    largest_relative: float = 1e-6
+
+
+LIMITS = Limits()
 
 
 class Stage(IntEnum):
@@ -125,7 +132,7 @@ def _error(step: ExplicitStep, table: np.ndarray) -> float:
 
 @inlined
 def _is_near_singular(step: ExplicitStep) -> bool:
-    return step.weakest < SINGULAR * step.usual_weakest
+    return step.weakest < LIMITS.singular * step.usual_weakest
 
 
 @kernel
@@ -136,13 +143,13 @@ def _passes_singular_position(step: ExplicitStep) -> bool:
     small enough for. The position itself is passed by the momentum of the step. False: the mechanism is held there.
     """
     h = step.time - step.time_old
-    if _is_near_singular(step) and h <= SMALLEST_CREEP * step.usual_step:
+    if _is_near_singular(step) and h <= LIMITS.smallest_creep * step.usual_step:
         return False
     step.usual_weakest = max(step.usual_weakest, step.weakest)
     if not _is_near_singular(step):
         step.usual_step = h
     if _is_near_singular(step) and h < 0.1 * step.usual_step:
-        step.looser = min(10.0 * max(1.0, step.looser), LARGEST_RELATIVE / step.relative)
+        step.looser = min(10.0 * max(1.0, step.looser), LIMITS.largest_relative / step.relative)
     else:
         step.looser = 1.0
     return True
@@ -194,8 +201,8 @@ def _reject(step: ExplicitStep, table: np.ndarray) -> int:
 @kernel
 def _choose_next(step: ExplicitStep) -> None:
     """Choose the length of the next step."""
-    most = LARGEST_GROWTH if step.is_guess else 5.0
-    grown = step.h * min(most, 0.9 * max(step.error, ROUND_OFF) ** (-1.0 / step.order))
+    most = LIMITS.largest_growth if step.is_guess else 5.0
+    grown = step.h * min(most, 0.9 * max(step.error, LIMITS.round_off) ** (-1.0 / step.order))
     if step.too_long > 0.0:  # where errors grow faster than their order says, that length would come again
         grown = min(grown, np.sqrt(step.h * step.too_long))
     step.is_guess, step.too_long = False, 0.0

@@ -11,6 +11,7 @@ the state and its derivatives at the end, extrapolated from backward differences
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,20 +27,26 @@ from kanefe.kernels.steppers.extrapolation_dense import (
 from kanefe.kernels.steppers.moves import STRAIGHT, move, turn
 from kanefe.kernels.steppers.step_commands import Command, Reason, ask, fail, scaled_size, wish
 
-LEAST_BESIDE_KINKS, LARGEST_BESIDE_KINKS = 4, 6
-"""Least and largest number of columns for scenes whose forces have kinks: across a kink, the differences of many
-columns are no error estimate, and those of few are easily too small."""
 
-MOST_FILTERINGS = 2
-"""Largest number of filterings of an error: each divides unresolved vibrations by their frequency times the substep."""
+class Limits(NamedTuple):
+    """Columns of a step, and from where on its errors count."""
 
-NEAR = 30.0
-"""Error, in multiples of the tolerance, of the previous column below which the error of a column next to kinks is
-accepted."""
+    least_beside_kinks: int = 4
+    largest_beside_kinks: int = 6
+    """Least and largest number of columns for scenes whose forces have kinks: across a kink, the differences of many
+    columns are no error estimate, and those of few are easily too small."""
+    most_filterings: int = 2
+    """Largest number of filterings of an error: each divides unresolved vibrations by their frequency times the
+    substep."""
+    near: float = 30.0
+    """Error, in multiples of the tolerance, of the previous column below which the error of a column next to kinks is
+    accepted."""
+    kink: float = 100.0
+    """Largest difference between the rates at the end of a step, relative to the step, and those of its dense output,
+    in multiples of the tolerance. Without a kink it is below 10."""
 
-KINK = 100.0
-"""Largest difference between the rates at the end of a step, relative to the step, and those of its dense output, in
-multiples of the tolerance. Without a kink it is below 10."""
+
+LIMITS = Limits()
 
 
 class Stage(IntEnum):
@@ -103,14 +110,14 @@ def _take_column(step: ExtrapolationStep) -> int:
 
 @kernel
 def _most_columns(step: ExtrapolationStep) -> int:
-    return LARGEST_BESIDE_KINKS if step.has_kinks else LARGEST_COLUMNS
+    return LIMITS.largest_beside_kinks if step.has_kinks else LARGEST_COLUMNS
 
 
 @kernel
 def _filter_or_judge(step: ExtrapolationStep) -> int:
     """Have an error filtered that decides on the step, and could be one of vibrations only; else judge by it."""
     decides = 1.0 < step.error < np.inf and step.column >= step.aim - 1
-    if decides and step.is_stiff and step.filterings < MOST_FILTERINGS:
+    if decides and step.is_stiff and step.filterings < LIMITS.most_filterings:
         return _ask_filter(step)
     return _judge(step)
 
@@ -170,7 +177,7 @@ def _choose_next(step: ExtrapolationStep) -> None:
     if column == 2:
         best = 3
     if step.has_kinks:
-        best = max(best, LEAST_BESIDE_KINKS)
+        best = max(best, LIMITS.least_beside_kinks)
     if step.was_rejected:
         best = min(best, column)
         wanted = min(step.h, proposed[best])
@@ -203,7 +210,7 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
         _filter(step)
         return _filter_or_judge(step)
     if stage == Stage.LOOKING:
-        return _accept_last(step) if _kink(step) <= KINK else _reject(step, 0.2)
+        return _accept_last(step) if _kink(step) <= LIMITS.kink else _reject(step, 0.2)
     if stage == Stage.AFTER and step.has_loops:
         step.share_stiffness = (step.h / step.taken) ** 2  # in a metric of masses the loops would push stiff modes
         return ask(step, Command.PROJECT, Stage.PROJECTED)
@@ -222,9 +229,9 @@ def _judge(step: ExtrapolationStep) -> int:
     if error <= 1.0 and column >= aim - 1:
         if not step.has_kinks:
             return _finish(step)
-        if column > 2 and before < NEAR:
+        if column > 2 and before < LIMITS.near:
             return _look_ahead(step)
-        if column < LARGEST_BESIDE_KINKS:
+        if column < LIMITS.largest_beside_kinks:
             return _begin_column(step, column + 1)
     # the error that the columns to come would have to take away
     hopeless = 1.0
@@ -244,7 +251,7 @@ def _give_up(step: ExtrapolationStep) -> int:
     is_cheaper = best > 2 and column >= best and _work_per_time(step, best - 1) < 0.8 * _work_per_time(step, best)
     if is_cheaper and not step.is_stiff:
         best -= 1
-    step.aim = max(best, LEAST_BESIDE_KINKS) if step.has_kinks else best
+    step.aim = max(best, LIMITS.least_beside_kinks) if step.has_kinks else best
     # an error of vibrations hardly falls with the step until it resolves them: the longer steps are tried first
     least = 0.25 if step.is_stiff else 0.02
     return _reject(step, min(max(step.proposed[best] / step.h, least), 0.7))

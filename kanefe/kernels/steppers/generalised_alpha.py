@@ -17,6 +17,8 @@ counted; a free step is shortened. Free steps follow the third-order part of the
 that modes that they do not resolve do not hold them down.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from kanefe.kernels.language import ADVANCE, copy, inlined, kernel, pointer
@@ -39,17 +41,21 @@ from kanefe.kernels.steppers.generalised_alpha_systems import are_factored, fact
 from kanefe.kernels.steppers.mixing import mix
 from kanefe.kernels.steppers.step_commands import Command, ask, ask_rates
 
-FIRST_SHARE = 1e-4
-"""First step of a run that chooses its steps, relative to its length."""
 
-CONVERGED = 1e-3
-"""Largest correction that is the last one, in the displacement that it causes, relative to the error allowed."""
+class Limits(NamedTuple):
+    """From where on corrections count in a step."""
 
-SLOW = 0.25
-"""Convergence rate above which an iteration has a new Jacobian."""
+    first_share: float = 1e-4
+    """First step of a run that chooses its steps, relative to its length."""
+    converged: float = 1e-3
+    """Largest correction that is the last one, in the displacement that it causes, relative to the error allowed."""
+    slow: float = 0.25
+    """Convergence rate above which an iteration has a new Jacobian."""
+    most_halvings: int = 4
+    """Number of times that a Newton step is halved."""
 
-MOST_HALVINGS = 4
-"""Number of times that a Newton step is halved."""
+
+LIMITS = Limits()
 
 
 @kernel
@@ -63,7 +69,7 @@ def _start(step: AlphaStep) -> int:
     copy(slope[quadratures:], step.known[quadratures:])
     step.has_jerk, step.step_of_a, step.step_before = False, 0.0, 0.0
     if step.next_step <= 0.0:
-        step.next_step = FIRST_SHARE * (step.stop - step.time)
+        step.next_step = LIMITS.first_share * (step.stop - step.time)
     return _go_on(step)
 
 
@@ -129,14 +135,14 @@ def _iterate(step: AlphaStep, is_differentiated: bool) -> int:
     size = size_of(step, change)
     if not size < np.inf:
         return shorten(step, 0.25 * step.h)
-    is_slow = step.iteration > 0 and size > max(CONVERGED, SLOW * step.correction)
+    is_slow = step.iteration > 0 and size > max(LIMITS.converged, LIMITS.slow * step.correction)
     if is_slow and step.takes_jacobian and not step.is_fresh:
         step.mixed_from = step.iteration
         return ask_jacobian(step, Stage.DIFFERENTIATED)
     copy(found, new)
     for i in range(n, moving):
         new[i] += change[i]
-    if size <= CONVERGED:
+    if size <= LIMITS.converged:
         copy(new[n:moving], found[n:moving])
         return finish(step)
     mix(step.memory, step.iteration - step.mixed_from, step.residual, new, found)
@@ -158,14 +164,14 @@ def _correct(step: AlphaStep, is_differentiated: bool) -> int:
     if not size < np.inf:
         return shorten(step, 0.25 * step.h)
     share = 1.0
-    if step.iteration > 0 and size > CONVERGED and not is_differentiated:
-        if step.is_fixed and size > step.correction and step.halvings < MOST_HALVINGS:
+    if step.iteration > 0 and size > LIMITS.converged and not is_differentiated:
+        if step.is_fixed and size > step.correction and step.halvings < LIMITS.most_halvings:
             step.halvings += 1
             share = -0.5
-        elif size > SLOW * step.correction and (step.is_fixed or not step.is_fresh):
+        elif size > LIMITS.slow * step.correction and (step.is_fixed or not step.is_fresh):
             return ask_jacobian(step, Stage.DIFFERENTIATED)
     _take_newton_step(step, share)
-    if size <= CONVERGED:
+    if size <= LIMITS.converged:
         return finish(step)
     return go_on_or_leave(step, size if share > 0.0 else step.correction)
 

@@ -4,6 +4,7 @@ See `kanefe.kernels.steppers.generalised_alpha`.
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,14 +24,20 @@ from kanefe.kernels.steppers.generalised_alpha_state import (
 from kanefe.kernels.steppers.generalised_alpha_systems import are_factored, factorise_newton, solve_newton
 from kanefe.kernels.steppers.step_commands import Command, Reason, ask, fail, largest_share, wish
 
-LARGEST_ITERATIONS, LARGEST_IF_FIXED = 8, 20
-"""Largest number of iterations of a step, which is then shortened, and of a fixed step."""
 
-NEAR = 1e4
-"""Largest correction, relative to the same, with which a fixed step is left: a thousandth of the bodies' size."""
+class StepLimits(NamedTuple):
+    """How far steps are corrected and kept."""
 
-KEPT = 1.2
-"""Growth of the step up to which the step and the factors are kept."""
+    largest_iterations: int = 8
+    largest_if_fixed: int = 20
+    """Largest number of iterations of a step, which is then shortened, and of a fixed step."""
+    near: float = 1e4
+    """Largest correction, relative to the same, with which a fixed step is left: a thousandth of the bodies' size."""
+    kept: float = 1.2
+    """Growth of the step up to which the step and the factors are kept."""
+
+
+STEP_LIMITS = StepLimits()
 
 
 class Stage(IntEnum):
@@ -167,13 +174,13 @@ def shorten(step: AlphaStep, h: float) -> int:
 def go_on_or_leave(step: AlphaStep, size: float) -> int:
     """Ask for another iteration, accept a fixed step that is near enough, or have it shorter."""
     step.iteration += 1
-    most = LARGEST_IF_FIXED if step.is_fixed else LARGEST_ITERATIONS
+    most = STEP_LIMITS.largest_if_fixed if step.is_fixed else STEP_LIMITS.largest_iterations
     if not step.is_fixed and step.iteration > 2 and size > step.correction:
         most = 0
     if step.iteration < most:
         step.correction = size
         return ask_end(step)
-    if not step.is_fixed or size > NEAR:
+    if not step.is_fixed or size > STEP_LIMITS.near:
         return shorten(step, 0.25 * step.h)
     if step.unconverged == 0:
         step.first_unconverged = step.time_at
@@ -222,7 +229,7 @@ def judge(step: AlphaStep) -> int:
     if not step.error <= 1.0:
         return shorten(step, h * max(0.2, 0.9 * step.error ** (-1.0 / 3.0)))
     grown = h * min(2.0, 0.9 * max(step.error, 1e-6) ** (-1.0 / 3.0))
-    wish(step, h if step.takes_jacobian and h <= grown <= KEPT * h else grown)
+    wish(step, h if step.takes_jacobian and h <= grown <= STEP_LIMITS.kept * h else grown)
     return _accept(step)
 
 

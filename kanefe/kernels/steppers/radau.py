@@ -11,6 +11,7 @@ are, and brought back to unit length after each step.
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,34 +29,43 @@ from kanefe.kernels.steppers.step_commands import (
     wish,
 )
 
-LARGEST_ITERATIONS, LARGEST_IF_FIXED = 7, 30
-"""Largest number of iterations of a step, which is then shortened, and of a fixed step."""
 
-SLOW = 0.1
-"""Convergence rate above which the Jacobian is computed again for the next step. It is large, since a Jacobian costs
-two to four evaluations per speed, and an iteration three."""
+class Limits(NamedTuple):
+    """From where on numbers count in a step."""
 
-OUTGROWN = 10.0
-"""Growth of the step since the last Jacobian that requires a new one. If stiffness has disappeared, such as that of a
-contact, an iteration seems to converge, because its matrix makes the remaining correction look small."""
+    largest_iterations: int = 7
+    largest_if_fixed: int = 30
+    """Largest number of iterations of a step, which is then shortened, and of a fixed step."""
+    slow: float = 0.1
+    """Convergence rate above which the Jacobian is computed again for the next step. It is large, since a Jacobian
+    costs two to four evaluations per speed, and an iteration three."""
+    outgrown: float = 10.0
+    """Growth of the step since the last Jacobian that requires a new one. If stiffness has disappeared, such as that of
+    a contact, an iteration seems to converge, because its matrix makes the remaining correction look small."""
+    kept: float = 1.2
+    """Growth of the step up to which the step and the factors are kept."""
+    same: float = 1e-6
+    """Difference of two steps, relative to them, that factors are kept over: those between samples differ by round-off,
+    and the rate at which an iteration converges changes by no more than that."""
+    safety: float = 0.9
+    longer: float = 8.0
+    shorter: float = 0.2
 
-KEPT = 1.2
-"""Growth of the step up to which the step and the factors are kept."""
 
-SAME = 1e-6
-"""Difference of two steps, relative to them, that factors are kept over: those between samples differ by round-off, and
-the rate at which an iteration converges changes by no more than that."""
+LIMITS = Limits()
 
 ANEW, HELD_JUMPS = 1, 2
 """Number that tells of the first step whether it follows a start, an event or a jump; or a sample, where what is held
 changes."""
 
-SAFETY = 0.9
 
-LONGER, SHORTER = 8.0, 0.2
+class Newton(IntEnum):
+    """What comes of an iteration."""
 
-GOES_ON, CONVERGED, DIVERGED = range(3)
-"""Numbers of what comes of an iteration."""
+    GOES_ON = 0
+    CONVERGED = 1
+    DIVERGED = 2
+    """Numbers of what comes of an iteration."""
 
 
 class Stage(IntEnum):
@@ -83,7 +93,7 @@ def _transform(by: Matrix, source: np.ndarray, target: np.ndarray) -> None:
 def _shorten(step: RadauStep, share: float) -> bool:
     """Choose a share of the step for another try of it; return whether there is one."""
     step.rejected += 1
-    step.is_wanted = step.rate_of_convergence > SLOW and not step.is_fresh
+    step.is_wanted = step.rate_of_convergence > LIMITS.slow and not step.is_fresh
     if step.is_fixed:  # the Jacobian of an earlier state may be what is wrong
         step.reason = Reason.NO_CONVERGENCE
         return not step.is_fresh
@@ -97,12 +107,12 @@ def _shorten(step: RadauStep, share: float) -> bool:
 def _begin_step(step: RadauStep) -> int:
     """Begin a step, or the same step again with another length: see to its matrices, guess its changes."""
     while True:
-        if step.is_wanted or (step.h > OUTGROWN * step.differentiated_step and not step.is_fresh):
+        if step.is_wanted or (step.h > LIMITS.outgrown * step.differentiated_step and not step.is_fresh):
             step.jacobians += 1
             copy(step.state, step.at)
             step.time_at = step.time
             return ask(step, Command.JACOBIAN, Stage.DIFFERENTIATED)
-        if abs(step.factored - step.h) <= SAME * step.h:
+        if abs(step.factored - step.h) <= LIMITS.same * step.h:
             break
         if factorise_systems(step):
             break
@@ -169,7 +179,7 @@ def _converges(step: RadauStep, size: float, enough: float) -> float:
     if not rate < 0.99:
         return 0.5
     step.remaining = rate / (1.0 - rate)
-    left = (LARGEST_IF_FIXED if step.is_fixed else LARGEST_ITERATIONS) - 1 - iteration
+    left = (LIMITS.largest_if_fixed if step.is_fixed else LIMITS.largest_iterations) - 1 - iteration
     if left < 0:
         return 0.5
     missed = step.remaining * size * rate**left / enough
@@ -183,18 +193,18 @@ def _correct(step: RadauStep) -> tuple[int, float]:
     """Take one simplified Newton iteration; return what comes of it and, where it diverges, a share of the step."""
     size = _solve(step)
     if not size < np.inf:
-        return DIVERGED, 0.5
+        return Newton.DIVERGED, 0.5
     enough = max(1e-14 / step.relative, min(0.03, np.sqrt(step.relative)))
     share = _converges(step, size, enough)
     if share > 0.0:
-        return DIVERGED, share
+        return Newton.DIVERGED, share
     step.correction = size
     transformed, corrections = step.transformed, step.rates_at
     for k in range(STAGES):
         for i in range(transformed.shape[1]):
             transformed[k, i] += corrections[k, i]
     _transform(step.T, transformed, step.changes)
-    return (CONVERGED if step.remaining * size <= enough else GOES_ON), 0.0
+    return (Newton.CONVERGED if step.remaining * size <= enough else Newton.GOES_ON), 0.0
 
 
 @kernel
@@ -220,20 +230,20 @@ def _judge(step: RadauStep, error: float) -> int:
     """Accept a step and choose the next one, or reject it and return START."""
     h = step.h
     step.error = error
-    most = 2.0 * LARGEST_ITERATIONS
-    safety = min(SAFETY, SAFETY * (1.0 + most) / (step.iteration + most))
+    most = 2.0 * LIMITS.largest_iterations
+    safety = min(LIMITS.safety, LIMITS.safety * (1.0 + most) / (step.iteration + most))
     bounded = max(error, 1e-10)
     shrunk = bounded**0.25 / safety if error < np.inf else np.inf
     if not error < 1.0:
         step.was_rejected = True
-        return _try_again(step, 0.1 if step.is_first == ANEW else max(1.0 / shrunk, SHORTER))
-    shrunk = min(max(shrunk, 1.0 / LONGER), 1.0 / SHORTER)
+        return _try_again(step, 0.1 if step.is_first == ANEW else max(1.0 / shrunk, LIMITS.shorter))
+    shrunk = min(max(shrunk, 1.0 / LIMITS.longer), 1.0 / LIMITS.shorter)
     if step.is_first == 0:  # Gustafsson's predictive controller
-        foreseen = step.old_step / h * (bounded * bounded / step.old_error) ** 0.25 / SAFETY
-        shrunk = max(shrunk, min(max(foreseen, 1.0 / LONGER), 1.0 / SHORTER))
+        foreseen = step.old_step / h * (bounded * bounded / step.old_error) ** 0.25 / LIMITS.safety
+        shrunk = max(shrunk, min(max(foreseen, 1.0 / LIMITS.longer), 1.0 / LIMITS.shorter))
     step.old_step, step.old_error = h, max(1e-2, error)
     grown = min(h / shrunk, h) if step.was_rejected else h / shrunk
-    wish(step, h if step.rate_of_convergence <= SLOW and h <= grown <= KEPT * h else grown)
+    wish(step, h if step.rate_of_convergence <= LIMITS.slow and h <= grown <= LIMITS.kept * h else grown)
     return _finish(step)
 
 
@@ -244,7 +254,7 @@ def _finish(step: RadauStep) -> int:
         copy(step.changes[k], step.polynomial[k])
     step.polynomial_step = step.h
     step.has_polynomial, step.is_first, step.was_rejected, step.is_fresh = True, 0, False, False
-    step.is_wanted = step.rate_of_convergence > SLOW
+    step.is_wanted = step.rate_of_convergence > LIMITS.slow
     _put_state(step, step.changes[2])
     normalise(step, step.at)
     return accept(step, step.at, Stage.AFTER)
@@ -258,9 +268,9 @@ def _take_node(step: RadauStep) -> int:
     if node + 1 < STAGES:
         return _ask_node(step, node + 1)
     outcome, share = _correct(step)
-    if outcome == GOES_ON:
+    if outcome == Newton.GOES_ON:
         return _ask_node(step, 0)
-    if outcome == DIVERGED:
+    if outcome == Newton.DIVERGED:
         step.rate_of_convergence = np.inf
         step.was_rejected = True  # the error of what is left would ask for a step that fails again
         return _try_again(step, share)

@@ -25,14 +25,20 @@ from kanefe.kernels.language import (
 )
 from kanefe.kernels.steppers.step_commands import Command, Run, begin_at, is_finite, step_of
 
-END_SHARE = 1e-9
-"""Time between a sample and the end of a run, relative to the sampling interval, below which the sample is skipped."""
 
-FEW_SAMPLES = 3
-"""Number of first samples of a controller with whose changes of the drives later ones are compared."""
+class Limits(NamedTuple):
+    """From where on times of samples count."""
 
-ULPS = 16.0 * float(np.finfo(float).eps)
-"""Smallest step relative to a time."""
+    end_share: float = 1e-9
+    """Time between a sample and the end of a run, relative to the sampling interval, below which the sample is
+    skipped."""
+    few_samples: int = 3
+    """Number of first samples of a controller with whose changes of the drives later ones are compared."""
+    ulps: float = 16.0 * float(np.finfo(float).eps)
+    """Smallest step relative to a time."""
+
+
+LIMITS = Limits()
 
 
 class Sampled(Record):
@@ -153,7 +159,7 @@ def next_sample(samples: Samples) -> float:
     for c in range(len(controllers)):
         own = controllers[c]
         t = own.start + own.count * own.every
-        if t < end - END_SHARE * own.every:
+        if t < end - LIMITS.end_share * own.every:
             found = min(found, t)
         if own.late_done < own.count:
             found = min(found, float(samples.late[_late_row(own, own.late_done), 0]))
@@ -201,7 +207,7 @@ def _read(samples: Samples, c: int, t: float, y: np.ndarray) -> None:
     own, progress = controllers_of(samples)[c], progress_of(samples)
     at = own.start + own.count * own.every
     own.row = -1
-    if at > t + progress.together or at >= progress.end - END_SHARE * own.every:
+    if at > t + progress.together or at >= progress.end - LIMITS.end_share * own.every:
         return
     own.row = progress.logged
     progress.logged += 1
@@ -231,7 +237,7 @@ def _drive(samples: Samples, own: Sampled, t: float, y: np.ndarray) -> None:
     for i in range(own.drives):
         seen = samples.changes[own.first_change + i]
         change = abs(given[i] - seen[0]) if own.count > 0 else 0.0
-        if own.count <= FEW_SAMPLES or seen[1] == 0.0:
+        if own.count <= LIMITS.few_samples or seen[1] == 0.0:
             seen[1] = max(seen[1], change)
         elif change >= own.level * seen[1]:
             progress.is_alarmed = True
@@ -279,7 +285,7 @@ def pass_samples(
         if progress.asked < 0:
             target = next_sample(samples)
             if target > step.time or step.time >= progress.end:
-                step.stop, step.smallest = target, max(step.smallest, ULPS * abs(target))
+                step.stop, step.smallest = target, max(step.smallest, LIMITS.ulps * abs(target))
                 call_address(going.address, (going.places, going.numbers))
                 command = int(going.numbers[command_at])
                 if command != Command.DONE or step.time >= progress.end:

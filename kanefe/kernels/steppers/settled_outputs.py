@@ -12,6 +12,7 @@ one linearly implicit evaluation. Only elastic coordinates move; joints close th
 """
 
 from enum import IntEnum
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from kanefe.kernels.steppers.breakpoints import stay_on_side
 from kanefe.kernels.steppers.force_scales import put_force_scales
 from kanefe.kernels.steppers.moves import STRAIGHT
 from kanefe.kernels.steppers.step_commands import Command, Run, await_output, step_of, watch_steps
-from kanefe.kernels.steppers.step_times import CLOCK, LAST_LOOK, look_at_clock
+from kanefe.kernels.steppers.step_times import AT, look_at_clock
 
 
 class Settling(IntEnum):
@@ -33,15 +34,22 @@ class Settling(IntEnum):
     MOVED = 3  # and has been moved
 
 
-PROMISED = 10.0
-"""Error of a state that a run promises, relative to what its tolerance allows a step. Fixed steps have no tolerance."""
+class Limits(NamedTuple):
+    """How outputs are settled."""
 
-SETTLED_OVER = 3.0
-"""Length h of Euler's step, in steps of the run: between the nodes of a step its polynomial misses modes of a radian a
-step by more than its accelerations are wrong; a longer one takes from slow vibrations what the state knows."""
+    promised: float = 10.0
+    """Error of a state that a run promises, relative to what its tolerance allows a step. Fixed steps have no
+    tolerance."""
+    settled_over: float = 3.0
+    """Length h of Euler's step, in steps of the run: between the nodes of a step its polynomial misses modes of a
+    radian a step by more than its accelerations are wrong; a longer one takes from slow vibrations what the state
+    knows."""
+    difference: float = 1e-3
+    """Time over which the polynomial is differentiated, in steps: truncation is then its square, and round-off over
+    it."""
 
-DIFFERENCE = 1e-3
-"""Time over which the polynomial is differentiated, in steps: truncation is then its square, and round-off over it."""
+
+LIMITS = Limits()
 
 
 @kernel
@@ -51,7 +59,7 @@ def go_on(run: Run) -> int:
     Of a method whose outputs are to be settled, SETTLE and IMPLICIT come in between.
     """
     step, clock = step_of(run), run.clock
-    if clock[CLOCK] != 0 and clock[LAST_LOOK] == 0:
+    if clock[AT.clock] != 0 and clock[AT.last_look] == 0:
         look_at_clock(clock, False)
     while True:
         if step.waiting > 0:
@@ -87,7 +95,7 @@ def _settle(run: Run) -> int:
 def _take_step(run: Run) -> int:
     """Watch a step that has been accepted, and write its outputs; return SETTLE where their loops are to be closed."""
     step, clock = step_of(run), run.clock
-    if clock[CLOCK] != 0:
+    if clock[AT.clock] != 0:
         look_at_clock(clock, True)
     if step.bend_count > 0:  # where the step began: what it went past an event with has not been
         watch_bends(step.bends, run.reals, step.time_old, step.state_old)
@@ -102,7 +110,7 @@ def _take_step(run: Run) -> int:
     step.stored = stored
     await_output(run)
     if step.settles != Settling.NOT and stored > first:
-        step.waiting, step.share_stiffness = stored - first, (SETTLED_OVER * step.h) ** 2
+        step.waiting, step.share_stiffness = stored - first, (LIMITS.settled_over * step.h) ** 2
         if step.has_loops:
             return Command.SETTLE.value
     return Command.ACCEPTED.value
@@ -114,11 +122,11 @@ def _ask_settled(run: Run) -> int:
     step = step_of(run)
     number, before, behind = step.stored - step.waiting, step.at, step.slope
     t, h, n, square = run.times[number], step.h, step.coordinates, step.share_stiffness
-    run.interpolate(run.integers, run.reals, run.vectors, run.table, t - DIFFERENCE * h, before)
-    run.interpolate(run.integers, run.reals, run.vectors, run.table, t + DIFFERENCE * h, behind)
+    run.interpolate(run.integers, run.reals, run.vectors, run.table, t - LIMITS.difference * h, before)
+    run.interpolate(run.integers, run.reals, run.vectors, run.table, t + LIMITS.difference * h, behind)
     by_damping, by_stiffness = step.damping_direction, step.stiffness_direction
     for i in range(n, n + step.speeds):
-        by_damping[i], by_stiffness[i] = 0.0, square / h * ((behind[i] - before[i]) / (2.0 * DIFFERENCE))
+        by_damping[i], by_stiffness[i] = 0.0, square / h * ((behind[i] - before[i]) / (2.0 * LIMITS.difference))
     copy(run.states[number], before)
     step.time_at, step.share_damping, step.settles = t, 0.0, Settling.ASKED
     step.evaluations += 1
@@ -145,7 +153,7 @@ def _take_settled(run: Run) -> None:
                 if is_moved == 1:
                     state[at] += change
                     continue
-                allowed = PROMISED * (large[at] + step.relative * abs(state[at]))
+                allowed = LIMITS.promised * (large[at] + step.relative * abs(state[at]))
                 farthest = max(farthest, abs(change) / allowed if abs(change) < np.inf else np.inf)
         if farthest > 1.0 and not (step.is_fixed and farthest < np.inf):
             break

@@ -51,8 +51,19 @@ class Command(IntEnum):
 RATES, NO_INERTIA, NOT_FINITE = 1, -1, -2
 """How an evaluation ends: with rates, as nothing moves along a joint, or as the rates are no numbers."""
 
-AT, SLOPE, DAMPING_DIRECTION, STIFFNESS_DIRECTION, STATE = range(5)
-"""First rows of the vectors of every method, for evaluations, which take nothing else of it."""
+
+class VectorRows(NamedTuple):
+    """First rows of the vectors of every method, for evaluations, which take nothing else of it."""
+
+    at: int = 0
+    slope: int = 1
+    damping_direction: int = 2
+    stiffness_direction: int = 3
+    state: int = 4
+    """First rows of the vectors of every method, for evaluations, which take nothing else of it."""
+
+
+VECTOR = VectorRows()
 
 
 class Reason(IntEnum):

@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.kernels.constraints.closing import Closing
 from kanefe.kernels.constraints.constraint_rows import ConstraintRow, ConstraintRows, RowKind, Term, Terms
 from kanefe.kernels.constraints.loop_tables import Limits, LoopFactors, RowWork, UnitResponses, no_loops
-from kanefe.kernels.constraints.tolerances import LARGEST_STEP
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe.kernels.contact.rigid_points import given_points
 from kanefe.kernels.scene import FlexibleSizes, Sizes
 from kanefe.kernels.tables import FlexibleTables, Loops, RigidPoints, Tables
@@ -45,7 +45,7 @@ def loop_tables(builder: FrameOffsets, tables: Tables, flexible: FlexibleTables)
         terms=terms,
         coefficients=coefficients,
         extents=displacement_scales(model),
-        moves=LARGEST_STEP * joint_scales(model, length),
+        moves=CLOSING.largest_step * joint_scales(model, length),
         limits=filled(Limits, rank_tolerance=RANK_TOLERANCE, length=length),
         points=points,
         paths=paths,

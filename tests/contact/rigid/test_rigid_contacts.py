@@ -13,7 +13,7 @@ from kanefe import shapes
 from kanefe.checks.verification.rigid_contact import rocking_block
 from kanefe.constraints.rows import MarkerMotion
 from kanefe.contact.rigid.meeting import Meeting, meetings_with
-from kanefe.kernels.contact.rigid_points import BACK, TURNED
+from kanefe.kernels.contact.rigid_points import SLIPPING
 from kanefe.kernels.impacts.contact_questions import Asks
 from kanefe.literal.contact_forces import probe_forces
 from kanefe.states.constraints import meetings
@@ -361,10 +361,10 @@ def test_a_slip_ends_where_it_goes_back_or_has_turned() -> None:
         met = Meeting(0.0, np.zeros(3), np.zeros(3), np.eye(3)[[2, 0, 1]], np.array((0.0, *rates)), np.zeros(3))
         return contact.left_of_slip(met, np.array((kept, 0.0, 0.0)), surface)
 
-    turned = np.array((TURNED, np.sqrt(1.0 - TURNED**2)))
+    turned = np.array((SLIPPING.turned, np.sqrt(1.0 - SLIPPING.turned**2)))
     for kept in (1e-9, 1e-10):
         assert left(kept, 3.0 * turned) == pytest.approx(0.0, abs=1e-15)
-        assert left(kept, (3.0, 0.0)) == pytest.approx(3.0 - 3.0 * TURNED)
-    assert left(0.2, (-BACK * 0.2, 0.0)) == pytest.approx(0.0, abs=1e-15)
-    assert left(0.2, (0.0, 0.0)) == pytest.approx(BACK * 0.2)
+        assert left(kept, (3.0, 0.0)) == pytest.approx(3.0 - 3.0 * SLIPPING.turned)
+    assert left(0.2, (-SLIPPING.back * 0.2, 0.0)) == pytest.approx(0.0, abs=1e-15)
+    assert left(0.2, (0.0, 0.0)) == pytest.approx(SLIPPING.back * 0.2)
     assert left(0.2, (0.2, 0.0)) == pytest.approx(0.0, abs=1e-15)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe.kernels.events.event_search import NOISE, ROUND_OFF, Within, noise_after, time_tolerance
+from kanefe.kernels.events.event_search import LIMITS, Within, noise_after, time_tolerance
 
 
 def noise_of(function: Callable[[float], float]) -> float:
@@ -17,12 +17,12 @@ def noise_of(function: Callable[[float], float]) -> float:
 
 def test_a_slope_is_noise_and_a_jump_is_none() -> None:
     tolerance = time_tolerance(1.0, 0.5)
-    assert noise_of(lambda t: 3.0 * (t - 0.5)) == pytest.approx(NOISE * 3.0 * tolerance, rel=1e-3)
-    assert noise_of(lambda t: -8.0 if t < 0.5 else 5.0) == ROUND_OFF * 8.0
+    assert noise_of(lambda t: 3.0 * (t - 0.5)) == pytest.approx(LIMITS.noise * 3.0 * tolerance, rel=1e-3)
+    assert noise_of(lambda t: -8.0 if t < 0.5 else 5.0) == LIMITS.round_off * 8.0
     late = 0.5 + 0.5 * tolerance  # the place that was found is before the jump
-    assert noise_of(lambda t: -8.0 if t < late else 5.0) == ROUND_OFF * 8.0
+    assert noise_of(lambda t: -8.0 if t < late else 5.0) == LIMITS.round_off * 8.0
     # what begins at zero behind the root: its first values
-    assert noise_of(lambda t: -8.0 if t < 0.5 else t - 0.5) <= 1.001 * NOISE * tolerance
+    assert noise_of(lambda t: -8.0 if t < 0.5 else t - 0.5) <= 1.001 * LIMITS.noise * tolerance
 
 
 @pytest.mark.parametrize("width", [1.0, 5.5, 40.0])
@@ -31,7 +31,8 @@ def test_values_that_change_in_steps_have_a_step_as_their_noise(width: float) ->
     tolerance, slope = time_tolerance(1.0, 0.5), 1.0
     step = width * tolerance * slope
     noise = noise_of(lambda t: step * np.floor(slope * (t - 0.5) / step))
-    assert step <= noise <= 3.0 * NOISE * step  # it doubles its distance until two values differ: by two steps at most
+    # it doubles its distance until two values differ: by two steps at most
+    assert step <= noise <= 3.0 * LIMITS.noise * step
 
 
 def test_a_block_that_has_bounced_is_seen_to_stick() -> None:

@@ -10,7 +10,7 @@ from kanefe.checks.verification.loops import parallelograms
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.run import integrate
 from kanefe.kernels.constraints.tolerances import NEAR_SINGULAR
-from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
+from kanefe.kernels.steppers.step_commands import VECTOR
 from kanefe.literal.loop_closure import project_speeds
 from kanefe.states.constraints import constraint_rates
 from kanefe.states.state import State
@@ -26,10 +26,13 @@ def test_a_sweep_solves_the_dense_equations_with_loops(seed: int) -> None:
     n, m, q = model.coordinate_count, model.free_count, model.initial_coordinates
     u = project_speeds(model, 0.0, q, rng.normal(size=m))
     share_damping, share_stiffness = 0.013, 0.0031
-    vectors = np.zeros((STIFFNESS_DIRECTION + 1, n + m + 2))
-    vectors[AT, : n + m] = np.concatenate((q, u))
-    vectors[DAMPING_DIRECTION, n : n + m], vectors[STIFFNESS_DIRECTION, n : n + m] = rng.normal(size=(2, m))
-    directions = vectors[DAMPING_DIRECTION, n : n + m].copy(), vectors[STIFFNESS_DIRECTION, n : n + m].copy()
+    vectors = np.zeros((VECTOR.stiffness_direction + 1, n + m + 2))
+    vectors[VECTOR.at, : n + m] = np.concatenate((q, u))
+    vectors[VECTOR.damping_direction : VECTOR.stiffness_direction + 1, n : n + m] = rng.normal(size=(2, m))
+    directions = (
+        vectors[VECTOR.damping_direction, n : n + m].copy(),
+        vectors[VECTOR.stiffness_direction, n : n + m].copy(),
+    )
     order_n(model).sweep(0.0, vectors, share_damping, share_stiffness)
     K, C = constant_tangents(model)
     M = model.mass_matrix(0.0, np.concatenate((q, u))) + share_damping * C + share_stiffness * K
@@ -39,7 +42,7 @@ def test_a_sweep_solves_the_dense_equations_with_loops(seed: int) -> None:
     held = np.linalg.lstsq(rows.J[:, :m], -(rows.remainder + driven), rcond=None)[0]
     free = null_space(rows.J[:, :m])
     expected = held + free @ np.linalg.solve(free.T @ M @ free, free.T @ (F - M @ held))
-    np.testing.assert_allclose(vectors[SLOPE, n : n + m], expected, rtol=0, atol=1e-9 * abs(expected).max())
+    np.testing.assert_allclose(vectors[VECTOR.slope, n : n + m], expected, rtol=0, atol=1e-9 * abs(expected).max())
 
 
 def test_extrapolation_keeps_its_order_with_loops() -> None:
@@ -71,14 +74,14 @@ def test_near_a_singular_position_the_nearest_closed_state_is_taken() -> None:
     angle = 0.5 * np.pi + 0.05
     y[: model.coordinate_count] = angle, angle, angle, -angle, -angle
     open_y = dynamics.projected(0.0, y) + 1e-6 * np.sin(np.arange(len(y)))
-    vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(y)))
-    vectors[AT] = open_y
+    vectors = np.zeros((VECTOR.stiffness_direction + 1, len(y)))
+    vectors[VECTOR.at] = open_y
     dynamics.implicit_rate(0.0, vectors, 0.0, 0.0)
     assert 0.0 < dynamics.weakest < NEAR_SINGULAR
     expected = dynamics.rate(0.0, open_y)
-    np.testing.assert_array_equal(vectors[AT], open_y)
+    np.testing.assert_array_equal(vectors[VECTOR.at], open_y)
     speeds = slice(model.coordinate_count, None)
-    np.testing.assert_allclose(vectors[SLOPE, speeds], expected[speeds], rtol=0, atol=1e-9 * abs(expected).max())
+    np.testing.assert_allclose(vectors[VECTOR.slope, speeds], expected[speeds], rtol=0, atol=1e-9 * abs(expected).max())
 
 
 def test_fixed_steps_of_generalised_alpha_take_two_sweeps_with_loops(monkeypatch: pytest.MonkeyPatch) -> None:

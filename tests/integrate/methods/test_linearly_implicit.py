@@ -14,7 +14,7 @@ from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.extrapolation import METHOD
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
-from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STIFFNESS_DIRECTION
+from kanefe.kernels.steppers.step_commands import VECTOR
 from kanefe.order_n.planar_route import PlanarRoute
 from kanefe.tree.tangents import constant_tangents
 from order_n_rates import order_n
@@ -49,15 +49,18 @@ def check(model: Model, y: np.ndarray) -> None:
     n, m = model.coordinate_count, model.free_count
     share_damping, share_stiffness = 0.013, 0.0031
     rng = np.random.default_rng(3)
-    vectors = np.zeros((STIFFNESS_DIRECTION + 1, n + m + 2))
-    vectors[AT, : n + m] = y
-    vectors[DAMPING_DIRECTION, n : n + m], vectors[STIFFNESS_DIRECTION, n : n + m] = rng.normal(size=(2, m))
-    directions = vectors[DAMPING_DIRECTION, n : n + m].copy(), vectors[STIFFNESS_DIRECTION, n : n + m].copy()
+    vectors = np.zeros((VECTOR.stiffness_direction + 1, n + m + 2))
+    vectors[VECTOR.at, : n + m] = y
+    vectors[VECTOR.damping_direction : VECTOR.stiffness_direction + 1, n : n + m] = rng.normal(size=(2, m))
+    directions = (
+        vectors[VECTOR.damping_direction, n : n + m].copy(),
+        vectors[VECTOR.stiffness_direction, n : n + m].copy(),
+    )
     order_n(model).sweep(0.0, vectors, share_damping, share_stiffness)
     K, C = constant_tangents(model)
     M, F = model.mass_matrix(0.0, y), model.forces(0.0, y)
     expected = np.linalg.solve(M + share_damping * C + share_stiffness * K, F + C @ directions[0] + K @ directions[1])
-    np.testing.assert_allclose(vectors[SLOPE, n : n + m], expected, rtol=0, atol=1e-9 * abs(expected).max())
+    np.testing.assert_allclose(vectors[VECTOR.slope, n : n + m], expected, rtol=0, atol=1e-9 * abs(expected).max())
 
 
 @pytest.mark.parametrize("is_planar", [True, False])

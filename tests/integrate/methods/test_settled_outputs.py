@@ -11,7 +11,7 @@ import pytest
 
 import kanefe as kf
 from benchmarks.force_errors import drawn
-from kanefe.kernels.constraints.tolerances import TOLERANCE
+from kanefe.kernels.constraints.tolerances import CLOSING
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 RATE, RADIUS, ROD = 40.0, 0.1, 0.35
@@ -64,7 +64,7 @@ def test_forces_of_a_linkage_are_as_good_as_its_tolerance(method: str, rtol: flo
 def test_what_is_settled_keeps_its_loops_closed() -> None:
     run = slider_crank().simulate((0.0, TURN), method="radau5", rtol=1e-4, output_step=TURN / 50)
     gap = run.position("rod", "tip")[:, 1]  # the slider runs along x
-    assert abs(gap).max() < 100.0 * TOLERANCE
+    assert abs(gap).max() < 100.0 * CLOSING.tolerance
 
 
 def test_functions_in_python_do_not_change_what_is_settled() -> None:

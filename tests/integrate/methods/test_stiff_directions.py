@@ -15,7 +15,7 @@ from kanefe.integrate.methods.table import METHODS
 from kanefe.integrate.run import integrate
 from kanefe.integrate.stepper import StepControl
 from kanefe.kernels.steppers.generalised_alpha_systems import solve_newton
-from kanefe.kernels.steppers.step_commands import AT, DAMPING_DIRECTION, SLOPE, STATE, STIFFNESS_DIRECTION
+from kanefe.kernels.steppers.step_commands import VECTOR
 from scenes import lattice_body
 
 H = 0.01
@@ -65,12 +65,12 @@ def of_sweep(run: KernelStepper, x: np.ndarray) -> np.ndarray:
     """Return ``(M + s C + r K)^-1 M x`` at the state of a run, at which no force acts."""
     model, shares = run.dynamics.model, (float(run.step.share_damping), float(run.step.share_stiffness))
     n, m = model.coordinate_count, model.free_count
-    vectors = np.zeros((STIFFNESS_DIRECTION + 1, len(x)))
-    vectors[AT] = run.vectors[STATE]
-    vectors[DAMPING_DIRECTION], vectors[STIFFNESS_DIRECTION] = -shares[0] * x, -shares[1] * x
+    vectors = np.zeros((VECTOR.stiffness_direction + 1, len(x)))
+    vectors[VECTOR.at] = run.vectors[VECTOR.state]
+    vectors[VECTOR.damping_direction], vectors[VECTOR.stiffness_direction] = -shares[0] * x, -shares[1] * x
     model.route.sweep_implicitly(0.0, vectors, *shares)
     found = x.copy()
-    found[n : n + m] += vectors[SLOPE, n : n + m]
+    found[n : n + m] += vectors[VECTOR.slope, n : n + m]
     return found
 
 

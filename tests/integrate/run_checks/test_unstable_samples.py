@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.integrate.run_checks.drive_growth import DriveGrowth
-from kanefe.kernels.steppers.sampling import FEW_SAMPLES
+from kanefe.kernels.steppers.sampling import LIMITS
 
 
 def arm(gain: float) -> kf.System:
@@ -43,7 +43,7 @@ def test_a_run_of_an_unstable_loop_says_so_early_and_ends_where_drives_have_grow
 def test_growth_is_that_of_the_last_change_over_the_largest_of_the_first_ones() -> None:
     growth = DriveGrowth(2)
     growth.take(np.column_stack((np.ones(20), (-2.0) ** np.arange(20))))  # changes of 3 times 1, 2, 4, ..., 2^18
-    assert growth.grown(10.0) == (1, 2.0 ** (19 - FEW_SAMPLES), 3.0 * 2.0**18)
+    assert growth.grown(10.0) == (1, 2.0 ** (19 - LIMITS.few_samples), 3.0 * 2.0**18)
 
 
 def test_drives_that_grow_otherwise_are_not_taken_for_a_loop() -> None:

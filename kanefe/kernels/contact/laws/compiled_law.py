@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -15,18 +15,26 @@ from kanefe.kernels.contact.laws.normal_law import NormalForce, NormalLaw, Press
 from kanefe.kernels.language import Behind, Record, call_law, inlined
 
 BY_FUNCTION = 3.0
-LOOKED_AT = (1e-3, 0.1, 0.5, 1.0)
-"""Depths relative to the given depth at which a function is checked; the rates are a tenth of it per second and more.
-"""
-STEP = 1e-5
-"""Step of central differences relative to a depth or a rate: truncation and round-off both leave 1e-10."""
-LEAST_STEP = 1e-6
-"""Smallest step of a rate, m/s."""
-SHARE = 1e-3
-"""Largest deviation of a given slope from differences, relative to the largest slope: far below a wrong factor, and
-above the error of differences."""
-AT_NOTHING = 1e-6
-"""Fraction of a depth, and of its energy, below which the energy counts as zero."""
+
+
+class Limits(NamedTuple):
+    """How a function of the user is checked."""
+
+    looked_at: tuple[float, ...] = (1e-3, 0.1, 0.5, 1.0)
+    """Depths relative to the given depth at which a function is checked; the rates are a tenth of it per second and
+    more. """
+    step: float = 1e-5
+    """Step of central differences relative to a depth or a rate: truncation and round-off both leave 1e-10."""
+    least_step: float = 1e-6
+    """Smallest step of a rate, m/s."""
+    share: float = 1e-3
+    """Largest deviation of a given slope from differences, relative to the largest slope: far below a wrong factor, and
+    above the error of differences."""
+    at_nothing: float = 1e-6
+    """Fraction of a depth, and of its energy, below which the energy counts as zero."""
+
+
+LIMITS = Limits()
 
 
 class FunctionNumbers(Record):
@@ -52,7 +60,7 @@ def by_function(numbers: Any, at: int, point: Pressing) -> NormalForce:
     force, elastic, energy, by_depth, by_rate = call_law(address, d, v, numbers, own)
     d_beside, v_beside = depth - d, rate - v
     if given.has_slopes == 0.0 and (d_beside.imag != 0.0 or v_beside.imag != 0.0):
-        h, h_rate = STEP * d, STEP * abs(v) + LEAST_STEP
+        h, h_rate = LIMITS.step * d, LIMITS.step * abs(v) + LIMITS.least_step
         over, under = call_law(address, d + h, v, numbers, own)[0], call_law(address, d - h, v, numbers, own)[0]
         by_depth = (over - under) / (2.0 * h)
         over = call_law(address, d, v + h_rate, numbers, own)[0]
@@ -152,7 +160,7 @@ class CompiledLaw(NormalLaw):
 
 def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: bool) -> np.ndarray:
     """Return the values of a function at the checked depths; a ModelError says what is wrong with them."""
-    at = [(share * depth, rate) for share in LOOKED_AT for rate in (0.0, 10.0 * depth, -10.0 * depth)]
+    at = [(share * depth, rate) for share in LIMITS.looked_at for rate in (0.0, 10.0 * depth, -10.0 * depth)]
     given = np.array([f(d, rate) for d, rate in at])
     label = "the function of CompiledLaw"
     for (d, rate), values in zip(at, given, strict=True):
@@ -164,10 +172,10 @@ def _checked(f: Callable[[float, float], np.ndarray], depth: float, has_slopes: 
             f"{label} does not repel: {force:g} N at the depth of {depth:g} m. Remedy: out[0], positive away from the "
             "surface, or another depth"
         )
-    if abs(f(AT_NOTHING * depth, 0.0)[2]) > AT_NOTHING * max(abs(f(depth, 0.0)[2]), force * depth):
+    if abs(f(LIMITS.at_nothing * depth, 0.0)[2]) > LIMITS.at_nothing * max(abs(f(depth, 0.0)[2]), force * depth):
         raise ModelError(f"the energy of {label} is not 0 at zero depth: out[2]")
     for (d, rate), values in zip(at, given, strict=True):
-        h, h_rate = STEP * d, STEP * abs(rate) + LEAST_STEP
+        h, h_rate = LIMITS.step * d, LIMITS.step * abs(rate) + LIMITS.least_step
         elastic = "elastic part, out[1], is not the derivative of its energy, out[2],"
         _check_slope(f, elastic, (1, 2), (d, rate), (h, 0.0), force)
         if has_slopes and values[0] > 0.0:
@@ -191,7 +199,7 @@ def _check_slope(
     middle, given = f(d, rate)[value], f(d, rate)[slope]
     low, high = f(d - h, rate - h_rate)[value], f(d + h, rate + h_rate)[value]
     sides = sorted(((middle - low) / size, (high - middle) / size))
-    room = SHARE * max(abs(sides[0]), abs(sides[1]), large)
+    room = LIMITS.share * max(abs(sides[0]), abs(sides[1]), large)
     if not sides[0] - room <= given <= sides[1] + room:
         raise ModelError(
             f"the function of CompiledLaw: its {what} at a depth of {d:g} m and a rate of {rate:g} m/s: {given:g}, by "
