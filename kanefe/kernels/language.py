@@ -1,6 +1,7 @@
 """What a kernel is written in: marks of functions, values with operators, records on arrays, kinds of arguments.
 
-A file of kernels imports from here what is of no room in particular, in one line.
+A file of kernels imports from here what is of no room in particular, in one line. Where that line is full, values come
+from `values/tensors.py` itself, and kinds of arrays from `compiler/arrays.py`.
 """
 
 from kanefe.kernels.algebra.lengths import across, beside, largest_in, norm, unit

@@ -13,7 +13,7 @@ from kanefe.integrate.run import integrate
 from kanefe.kane.assemble import accelerations
 from kanefe.kernels.evaluation.evaluation import ASKED
 from kanefe.kernels.planar.evaluation import evaluate_planar, planar_memory_size
-from kanefe.kernels.planar.layout import FLOAT, KIND, PlanarTables
+from kanefe.kernels.planar.layout import ROW, PlanarTables, RowKind
 from kanefe.kernels.steppers.step_commands import NOT_FINITE
 from kanefe.order_n.planar_route import PlanarRoute
 from kanefe.order_n.route import OrderN
@@ -77,7 +77,7 @@ def test_bodies_fixed_to_each_other_are_one_row_and_a_planar_joint_is_one() -> N
     tables = tables_of(scene.freeze())
     assert tables is not None
     assert len(tables.rows) == 3
-    assert tables.rows[1, KIND] == FLOAT
+    assert tables.rows[1, ROW.kind] == RowKind.FLOAT
 
 
 @pytest.mark.parametrize(("turns", "tolerance"), [(0, 4e-16), (10, 4e-16), (2e5, 4e-16), (1e7, np.spacing(6.3e7))])

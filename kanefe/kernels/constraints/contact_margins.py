@@ -7,16 +7,8 @@ import numpy as np
 from kanefe.kernels.constraints.contact_shares import least_margins, share_otherwise
 from kanefe.kernels.constraints.least_forces import share_forces
 from kanefe.kernels.constraints.loop_tables import UnitResponses, head_of, unit_responses_in
+from kanefe.kernels.contact import rigid_points
 from kanefe.kernels.contact.output_places import Margins
-from kanefe.kernels.contact.rigid_points import (
-    given_points,
-    is_closed,
-    is_rubbing,
-    left_of_gap,
-    left_of_slip,
-    meet,
-    touches,
-)
 from kanefe.kernels.language import Prepared, RealRows, Reals, call_address, copy, entry, inlined, kernel
 from kanefe.kernels.loads.telling import States
 from kanefe.kernels.scene import Scene
@@ -101,21 +93,21 @@ def watch_contacts(looked: Looked, loads: Prepared, scene: Scene, states: States
 @kernel
 def _put_margins(looked: Looked, loops: Loops, z: np.ndarray, found: LeastMargins) -> None:
     """Write the least margins of a state that has been evaluated."""
-    points, frames, forces = given_points(loops.points), Frames(looked.frames), looked.multipliers
+    points, frames, forces = rigid_points.given_points(loops.points), Frames(looked.frames), looked.multipliers
     kept = unit_responses_in(looked.holding, loops)
     gap = normal = slip = left = np.inf
     largest = 0.0
     for p in range(len(points)):
         given, met = points[p], kept.met[p]
-        if not is_closed(given, z):
-            meet(given, loops.points.shapes, frames, met)
-            gap = min(gap, left_of_gap(given, z, met))
-        elif is_rubbing(given, z):
-            left = min(left, left_of_slip(given, z, met))
-    if touches(points, z):
+        if not rigid_points.is_closed(given, z):
+            rigid_points.meet(given, loops.points.shapes, frames, met)
+            gap = min(gap, rigid_points.left_of_gap(given, z, met))
+        elif rigid_points.is_rubbing(given, z):
+            left = min(left, rigid_points.left_of_slip(given, z, met))
+    if rigid_points.touches(points, z):
         normal, slip = find_forces(loops, z, forces, kept)
         for p in range(len(points)):
-            if is_closed(points[p], z):
+            if rigid_points.is_closed(points[p], z):
                 largest = max(largest, abs(forces[head_of(loops, p)]))
     found.never, found.largest = FAR, largest
     found.gap, found.normal, found.slip_margin = _or_far(gap), _or_far(normal), _or_far(slip)

@@ -84,7 +84,7 @@ def told_multipliers(loops: Loops, z: np.ndarray, multipliers: np.ndarray, kept:
 def _share(loops: Loops, n: int, multipliers: np.ndarray, kept: UnitResponses) -> int:
     """Take away of n live multipliers what does nothing, measured in units: their norm is the least one then.
 
-    Return in how many ways they can do nothing; NOT_SHARP, where round-off may hide that.
+    Return in how many ways they can do nothing; `PIVOT.not_sharp`, where round-off may hide that.
     """
     products, units, x, live, responses = kept.L, kept.rest, kept.column, kept.live, kept.unit_responses
     weights = kept.reach

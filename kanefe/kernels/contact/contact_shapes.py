@@ -10,22 +10,8 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 
 from kanefe.kernels.contact.contact_mesh import Away, Mesh, mesh_distance
-from kanefe.kernels.language import (
-    Behind,
-    Matrix,
-    Record,
-    Symmetric,
-    Vector,
-    across,
-    congruent,
-    cross,
-    diagonal,
-    dot,
-    inlined,
-    kernel,
-    norm,
-    square,
-)
+from kanefe.kernels.language import Behind, Record, across, inlined, kernel, norm
+from kanefe.kernels.values.tensors import Matrix, Symmetric, Vector, congruent, cross, diagonal, dot, square
 
 
 class Limits(NamedTuple):

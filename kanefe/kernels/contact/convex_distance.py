@@ -29,8 +29,8 @@ class Limits(NamedTuple):
     overlap: float = 1e-9
     """Distance of the cores, relative to their size, below which they count as overlapping."""
     aside: float = 1e-4
-    """Distance by which overlapping cores are moved apart, relative to their size: well above OVERLAP, and short, since
-    a turn of the normal is known up to the depth and this distance over the radius of a round place."""
+    """Distance by which overlapping cores are moved apart, relative to their size: well above `overlap`, and short: a
+    turn of the normal is known up to the depth and this distance over the radius of a round place."""
     most_turns: int = 30
     same_normal: float = 1e-10
     """Largest number of guesses of the normal, and difference of two of them that counts as none."""

@@ -6,18 +6,8 @@ Each named tuple of arrays is read in place; rows of records are views of them.
 from enum import IntEnum
 from typing import Annotated, Any, NamedTuple
 
-from kanefe.kernels.language import (
-    Behind,
-    IntegerRows,
-    Integers,
-    Matrix,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    Vector,
-    in_place,
-)
+from kanefe.kernels.language import Behind, IntegerRows, Integers, RealRows, Reals, Record, Rows, in_place
+from kanefe.kernels.values.tensors import Matrix, Vector
 
 
 class LooseBody(Record):

@@ -5,6 +5,7 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, RealRows, Reals
 from kanefe.kernels.contact.output_places import (
     CONTACT_OUTPUTS,
     POINT_OUTPUTS,
@@ -12,24 +13,10 @@ from kanefe.kernels.contact.output_places import (
     PointsOutputs,
 )
 from kanefe.kernels.force_elements.places import WRENCH, Wrenches
-from kanefe.kernels.language import (
-    Array,
-    IntegerRows,
-    Integers,
-    Many,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    Start,
-    Table,
-    Values,
-    Vector,
-    in_place,
-    inlined,
-)
+from kanefe.kernels.language import Array, Many, Record, Rows, Start, Table, Values, in_place, inlined
 from kanefe.kernels.loads.markers import Marker
 from kanefe.kernels.scene import Scene, Work, memory_size, work_in
+from kanefe.kernels.values.tensors import Vector
 
 BodyFrames = Rows[Marker]
 """The frame of each body, in its row."""

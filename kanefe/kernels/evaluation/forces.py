@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.compiler.arrays import Integers, Prepared, RealBlocks, RealRows, Reals
 from kanefe.kernels.constraints.loop_tables import factors_in, holds, row_work_in, rows_of, unit_responses_in
 from kanefe.kernels.constraints.row_wrenches import push_row, write_rows
 from kanefe.kernels.constraints.told_shares import told_multipliers
@@ -20,21 +21,7 @@ from kanefe.kernels.evaluation.told_forces import hold_components, tell_gears, t
 from kanefe.kernels.force_elements.places import Done, Ends, Wrenches
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.joints.handing import hand_force_inward
-from kanefe.kernels.language import (
-    ZERO,
-    Integers,
-    Prepared,
-    RealBlocks,
-    RealRows,
-    Reals,
-    call_address,
-    copy,
-    dot,
-    entry,
-    expanded,
-    inlined,
-    kernel,
-)
+from kanefe.kernels.language import call_address, copy, entry, expanded, inlined, kernel
 from kanefe.kernels.loads.acting import acting_in, loads_of
 from kanefe.kernels.loads.loads_between import apply_load, evaluate_alone
 from kanefe.kernels.loads.points import push_points
@@ -46,6 +33,7 @@ from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward, with_rates
 from kanefe.kernels.tables import Loops
 from kanefe.kernels.tree import Kind
+from kanefe.kernels.values.tensors import ZERO, dot
 
 
 class Evaluated(NamedTuple):

@@ -7,23 +7,7 @@ centre of mass of the scene, which keeps them sharp however far away it drifts.
 from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBodies
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.language import (
-    NO_INERTIA,
-    ZERO,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    Vector,
-    cross,
-    diagonal,
-    dot,
-    entry,
-    inlined,
-    kernel,
-    outer,
-    symmetric,
-)
+from kanefe.kernels.language import RealRows, Reals, Record, Rows, entry, inlined, kernel
 from kanefe.kernels.loads.coordinate_law import CoordinateLaws, coordinate_potential
 from kanefe.kernels.loads.joint_forces import JointForces, along
 from kanefe.kernels.loads.loads_between import potential_between
@@ -38,6 +22,7 @@ from kanefe.kernels.sweeps.inertia import set_inertia
 from kanefe.kernels.sweeps.outward import sweep_outward
 from kanefe.kernels.tables import Tables
 from kanefe.kernels.tree import Frame, Kind, Link
+from kanefe.kernels.values.tensors import NO_INERTIA, ZERO, Vector, cross, diagonal, dot, outer, symmetric
 
 
 class Balance(Record):

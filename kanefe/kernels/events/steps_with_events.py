@@ -6,15 +6,8 @@ Python is asked where an event changes the scene or ends the run. What is found 
 
 import numpy as np
 
+from kanefe.kernels.events import event_changes
 from kanefe.kernels.events.closing_call import close_at
-from kanefe.kernels.events.event_changes import (
-    ask_contacts,
-    change_states,
-    happens,
-    is_storm,
-    mark_action,
-    take_reports,
-)
 from kanefe.kernels.events.event_search import Within, noise_after, passes_at, time_tolerance
 from kanefe.kernels.events.foreseen_events import FORESIGHT, smooth_until, time_to_event
 from kanefe.kernels.events.kinks import steps_again
@@ -142,9 +135,9 @@ def _deal_with(lookout: Lookout, passage: Passage, start: float, found: int) -> 
         return True
     if acting < np.inf:
         found = _keep_acting(lookout, passage, start, found, acting)
-        if found < 0 or is_storm(watched, acting, found) or not put_closed(passage, acting):
+        if found < 0 or event_changes.is_storm(watched, acting, found) or not put_closed(passage, acting):
             return False
-        if not change_states(passage, acting, found):
+        if not event_changes.change_states(passage, acting, found):
             return False
     _record(passage, found)
     _set_noise(lookout, passage, start, found, acting < np.inf)
@@ -215,8 +208,8 @@ def _go_on_behind(passage: Passage, t: float, found: int) -> None:
     """Go on from the state after what happened at a time, which is in the lookout for one."""
     single, watched, closing = passage.lookouts.single, passage.watched, passage.lookouts.closing
     copy(watched.after, single.states[0])
-    take_reports(single, watched)
-    mark_action(watched, t, found)
+    event_changes.take_reports(single, watched)
+    event_changes.mark_action(watched, t, found)
     step, run = step_of(passage.run), passage.run
     take_back_outputs(run, t)
     stored = step.stored
@@ -260,14 +253,14 @@ def _begin(passage: Passage, t: float, found: int) -> None:
     lookout.times[0] = t
     look_at_states(lookout)
     blurs = question_of(lookout.contacts.inquiry).blurs
-    if lookout.contacts.changing.address != 0 and not ask_contacts(lookout, watched, t, Asks.BLURS.value):
+    if lookout.contacts.changing.address != 0 and not event_changes.ask_contacts(lookout, watched, t, Asks.BLURS.value):
         no_blurs(blurs)
     for event in range(len(watched.values)):
         value = lookout.found[0, watched.columns[event]]
         watched.values[event], watched.known[event] = value, 1.0
         if watched.kinds[event] == Does.BOUND_CHANGES:
             watched.noise[event] = margin_of(blurs, watched.changes[event, 0])
-        elif abs(value) > watched.noise[event] or not happens(watched, event, t, found):
+        elif abs(value) > watched.noise[event] or not event_changes.happens(watched, event, t, found):
             watched.noise[event] = 0.0
     for i in range(found):
         if watched.found[i, 0] >= t and watched.kinds[int(watched.found[i, 1])] < Does.BOUND:

@@ -19,20 +19,9 @@ import numpy as np
 from kanefe.kernels.algebra.least_norm import factor_least, solve_least
 from kanefe.kernels.impacts.tolerances import SOLVING
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.language import (
-    Integers,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    Vector,
-    copy,
-    entry,
-    in_place,
-    inlined,
-    kernel,
-)
+from kanefe.kernels.language import Integers, RealRows, Reals, Record, Rows, copy, entry, in_place, inlined, kernel
 from kanefe.kernels.values.filled import allocate
+from kanefe.kernels.values.tensors import Vector
 
 
 class Cone(Record):

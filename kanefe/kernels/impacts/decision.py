@@ -5,29 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
 from kanefe.kernels.contact.output_places import Margins
 from kanefe.kernels.contact.output_places import Status as Status
 from kanefe.kernels.contact.rigid_points import Meeting, Meetings
 from kanefe.kernels.impacts.cones import Problem, Wanted, problem_of
 from kanefe.kernels.impacts.stronge import TURNING_ROWS, Blow, Turned
-from kanefe.kernels.language import (
-    IntegerRows,
-    Integers,
-    Matrix,
-    Prepared,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    Vector,
-    call_address,
-    dot,
-    in_place,
-    inlined,
-    kernel,
-)
+from kanefe.kernels.language import Record, Rows, call_address, in_place, inlined, kernel
 from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.values.filled import allocate
+from kanefe.kernels.values.tensors import Matrix, Vector, dot
 
 
 class Look(IntEnum):

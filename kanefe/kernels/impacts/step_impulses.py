@@ -13,29 +13,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
 from kanefe.kernels.contact.rigid_points import given_points
 from kanefe.kernels.impacts.cones import Cones, Problem, largest_of, let_choose, residual, summed
 from kanefe.kernels.impacts.decision import put_problem, solve
 from kanefe.kernels.impacts.tolerances import HALVINGS, ROUND_OFF_OF_FORCES
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.language import (
-    IntegerRows,
-    Integers,
-    Prepared,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    Vector,
-    dot,
-    entry,
-    in_place,
-    inlined,
-    kernel,
-    largest_in,
-)
+from kanefe.kernels.language import Record, Rows, entry, in_place, inlined, kernel, largest_in
 from kanefe.kernels.tables import RigidPoints
 from kanefe.kernels.values.filled import allocate
+from kanefe.kernels.values.tensors import Vector, dot
 
 
 class Closed(Record):

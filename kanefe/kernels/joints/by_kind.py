@@ -7,23 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.joints.axis import (
-    acceleration_along,
-    across_axis,
-    eliminate_along,
-    force_along,
-    motion_along,
-    move_axis,
-)
-from kanefe.kernels.joints.ball import (
-    accelerate_ball,
-    across_ball,
-    eliminate_ball,
-    force_through_ball,
-    move_ball,
-    put_euler_rates,
-    put_turned,
-)
+from kanefe.kernels.joints import axis, ball
 from kanefe.kernels.joints.free import accelerate_free, eliminate_free, move_free, moved_freely
 from kanefe.kernels.joints.given import move_given
 from kanefe.kernels.joints.handing import Carried, Felt, hand_inward
@@ -53,16 +37,16 @@ def move(link: Link, frame: Frame, parent: Frame, state: State, numbers: np.ndar
         frame.R, spin, twist = move_revolute(link, R, drives, q, u)
         put_motion(frame, parent, r, Relative(ZERO, spin, ZERO, twist))
     elif kind == Kind.AXIS:
-        frame.R, arm, relative = move_axis(link, R, drives, q, u)
+        frame.R, arm, relative = axis.move_axis(link, R, drives, q, u)
         put_motion(frame, parent, r + arm, relative)
     elif kind == Kind.SPHERICAL:
-        frame.R, spin = move_ball(link, R, q, u)
+        frame.R, spin = ball.move_ball(link, R, q, u)
         put_motion(frame, parent, r, Relative(ZERO, spin, ZERO, ZERO))
     elif kind == Kind.FREE:
         frame.R, arm, slide, spin = move_free(link, R, q, u)
         put_motion(frame, parent, r + arm, Relative(slide, spin, ZERO, ZERO))
     elif kind == Kind.GIVEN:
-        frame.R, arm, given = move_given(link, numbers, frame, R, motion_along(link, drives, q, u))
+        frame.R, arm, given = move_given(link, numbers, frame, R, axis.motion_along(link, drives, q, u))
         put_motion(frame, parent, r + arm, given)
     else:
         frame.R = R
@@ -74,7 +58,7 @@ def eliminate(link: Link, frame: Frame, applied: np.ndarray, is_implicit: bool, 
     """Write what the acceleration of the joint of a link follows from; return whether its speeds have inertia."""
     kind, is_regular = link.kind, True
     if kind == Kind.SPHERICAL:
-        is_regular = eliminate_ball(link, BallFrame(frame))
+        is_regular = ball.eliminate_ball(link, BallFrame(frame))
     elif kind == Kind.FREE:
         is_regular = eliminate_free(link, FreeFrame(frame))
     elif kind != Kind.FIXED and link.drive < 0:
@@ -84,7 +68,7 @@ def eliminate(link: Link, frame: Frame, applied: np.ndarray, is_implicit: bool, 
             is_regular = eliminate_revolute(along, applied[speed], resists)
         else:
             v, w = partials(link, frame)
-            is_regular = eliminate_along(along, v, w, applied[speed], resists)
+            is_regular = axis.eliminate_along(along, v, w, applied[speed], resists)
     return is_regular
 
 
@@ -93,11 +77,11 @@ def hand_across(link: Link, frame: Frame, parent: Frame, applied: np.ndarray) ->
     """Add inertia and force of a link to its parent, as this feels them across the joint, which gives way."""
     kind = link.kind
     if kind == Kind.SPHERICAL:
-        hand_inward(parent, frame.r, across_ball(link, BallFrame(frame), applied))
+        hand_inward(parent, frame.r, ball.across_ball(link, BallFrame(frame), applied))
     elif kind != Kind.FREE:
         felt = Felt(frame.M, frame.H, frame.J, frame.f, frame.n)
         if kind != Kind.FIXED and link.drive < 0:
-            felt = across_axis(AxisFrame(frame))
+            felt = axis.across_axis(AxisFrame(frame))
         hand_inward(parent, frame.r, felt)
 
 
@@ -106,13 +90,13 @@ def hand_through(link: Link, frame: Frame, applied: np.ndarray) -> tuple[Vector,
     """Return the force and moment that the parent is to feel of those of a link, whose joint gives way."""
     kind, f, n = link.kind, frame.f, frame.n
     if kind == Kind.SPHERICAL:
-        _, f, n = force_through_ball(link, BallFrame(frame), frame.R @ three(applied, link.speed), f, n)
+        _, f, n = ball.force_through_ball(link, BallFrame(frame), frame.R @ three(applied, link.speed), f, n)
     elif kind == Kind.FREE:
         f, n = ZERO, ZERO
     elif kind != Kind.FIXED and link.drive < 0:
         along = AxisFrame(frame)
         v, w = partials(link, frame)
-        rest, f, n = force_along(along, v, w, applied[link.speed], f, n)
+        rest, f, n = axis.force_along(along, v, w, applied[link.speed], f, n)
         along.rest = rest
     return f, n
 
@@ -123,11 +107,11 @@ def accelerate(link: Link, frame: Frame, parent: Frame, applied: np.ndarray, du:
     kind, alpha = link.kind, parent.alpha
     a = parent.a + cross(alpha, frame.r)  # as if it was fixed
     if kind == Kind.SPHERICAL:
-        alpha = accelerate_ball(link, BallFrame(frame), a, alpha, applied, du)
+        alpha = ball.accelerate_ball(link, BallFrame(frame), a, alpha, applied, du)
     elif kind == Kind.FREE:
         a, alpha = accelerate_free(link, FreeFrame(frame), parent.R @ link.axes, (a, alpha), applied, du)
     elif kind != Kind.FIXED and link.drive < 0:
-        rate = acceleration_along(AxisFrame(frame), a, alpha)
+        rate = axis.acceleration_along(AxisFrame(frame), a, alpha)
         du[link.speed] = rate
         if kind == Kind.REVOLUTE:
             alpha = alpha + rate * frame.R.z
@@ -149,7 +133,7 @@ def give_way(link: Link, frame: Frame, answer: np.ndarray, f: Vector, n: Vector)
     """
     kind = link.kind
     if kind == Kind.SPHERICAL:
-        turning, f, n = force_through_ball(link, BallFrame(frame), 0.0 * n, f, n)
+        turning, f, n = ball.force_through_ball(link, BallFrame(frame), 0.0 * n, f, n)
         put_three(answer, 0, turning)
     elif kind == Kind.FREE:
         a, alpha = moved_freely(FreeFrame(frame), -f, -n)
@@ -158,7 +142,7 @@ def give_way(link: Link, frame: Frame, answer: np.ndarray, f: Vector, n: Vector)
         f, n = 0.0 * f, 0.0 * n
     elif len(answer) > 0:
         v, w = partials(link, frame)
-        answer[0], f, n = force_along(AxisFrame(frame), v, w, answer[0], f, n)
+        answer[0], f, n = axis.force_along(AxisFrame(frame), v, w, answer[0], f, n)
     return f, n
 
 
@@ -237,11 +221,11 @@ def put_coordinate_rates(link: Link, q: np.ndarray, u: np.ndarray, rates: np.nda
     """Write dq/dt of the joint of a link."""
     kind, at, speed = link.kind, link.coordinate, link.speed
     if kind == Kind.SPHERICAL:
-        put_euler_rates(rates, at, q, three(u, speed))
+        ball.put_euler_rates(rates, at, q, three(u, speed))
     elif kind == Kind.FREE:
         for c in range(3):
             rates[at + c] = u[speed + c]
-        put_euler_rates(rates, at + 3, q, three(u, speed + 3))
+        ball.put_euler_rates(rates, at + 3, q, three(u, speed + 3))
     elif kind != Kind.FIXED and kind != Kind.INTERFACE and link.drive < 0:
         rates[at] = u[speed]
 
@@ -251,10 +235,10 @@ def advance_joint(link: Link, q: np.ndarray, step: np.ndarray, share: Any, moved
     """Write the coordinates of the joint of a link, moved by a share of a step."""
     kind, at, speed = link.kind, link.coordinate, link.speed
     if kind == Kind.SPHERICAL:
-        put_turned(moved, at, q, share * step[speed], share * step[speed + 1], share * step[speed + 2])
+        ball.put_turned(moved, at, q, share * step[speed], share * step[speed + 1], share * step[speed + 2])
     elif kind == Kind.FREE:
         for c in range(3):
             moved[at + c] = q[at + c] + share * step[speed + c]
-        put_turned(moved, at + 3, q, share * step[speed + 3], share * step[speed + 4], share * step[speed + 5])
+        ball.put_turned(moved, at + 3, q, share * step[speed + 3], share * step[speed + 4], share * step[speed + 5])
     elif kind != Kind.FIXED and kind != Kind.INTERFACE and link.drive < 0:
         moved[at] = q[at] + share * step[speed]

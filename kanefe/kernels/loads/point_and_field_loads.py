@@ -5,23 +5,11 @@ from typing import Annotated, Any
 import numpy as np
 
 from kanefe.kernels.joints.motion import three
-from kanefe.kernels.language import (
-    Array,
-    Matrix,
-    One,
-    Record,
-    Rows,
-    Start,
-    Vector,
-    cross,
-    dot,
-    inlined,
-    kernel,
-    vector_kernel,
-)
+from kanefe.kernels.language import Array, One, Record, Rows, Start, inlined, kernel, vector_kernel
 from kanefe.kernels.scene import Scene, State, Work, bodies_of, links_of
 from kanefe.kernels.sweeps.elastic import combined, total, transposed_product
 from kanefe.kernels.tree import Frame, Frames, InterfaceFrame, InterfaceLink, Kind
+from kanefe.kernels.values.tensors import Matrix, Vector, cross, dot
 
 
 class PointLoad(Record):

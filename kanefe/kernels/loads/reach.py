@@ -10,23 +10,11 @@ from typing import Annotated, Any
 import numpy as np
 
 from kanefe.kernels.contact.broad_phase import BALL, overlap, sort_along_widest
-from kanefe.kernels.language import (
-    Array,
-    Many,
-    Matrix,
-    Record,
-    Rows,
-    Start,
-    Values,
-    Vector,
-    dot,
-    inlined,
-    kernel,
-    vector_kernel,
-)
+from kanefe.kernels.language import Array, Many, Record, Rows, Start, Values, inlined, kernel, vector_kernel
 from kanefe.kernels.loads.acting import Acting, acting_in
 from kanefe.kernels.scene import Scene, Work, bodies_of
 from kanefe.kernels.tree import Frames
+from kanefe.kernels.values.tensors import Matrix, Vector, dot
 
 WIDER = 1e-12
 """Size that balls have more, relative to the coordinates of their places: far more than round-off of a touch."""

@@ -4,28 +4,16 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.compiler.arrays import Integers, RealRows, Reals
 from kanefe.kernels.force_elements.places import done_size
-from kanefe.kernels.language import (
-    Array,
-    Integers,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    Vector,
-    call_address,
-    copy,
-    dot,
-    entry,
-    inlined,
-    kernel,
-)
+from kanefe.kernels.language import Array, Record, Rows, call_address, copy, entry, inlined, kernel
 from kanefe.kernels.loads.acting import COORDINATE, acting_in, ends_of, loads_of
 from kanefe.kernels.loads.loads_between import evaluate_alone
 from kanefe.kernels.loads.reach import Balls, ReachSizes, find_near, find_swept
 from kanefe.kernels.loads.telling import States, state_at
 from kanefe.kernels.scene import Scene, Work, work_in
 from kanefe.kernels.sweeps.outward import sweep_outward
+from kanefe.kernels.values.tensors import Vector, dot
 
 NEAR, ALL = -1, -2
 """Values for the loads that are looked at: those that come near, and all."""

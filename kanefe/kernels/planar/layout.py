@@ -5,46 +5,73 @@ children; row 0 is N, so that no row needs to be asked whether it has a parent. 
 all coordinates are zero: an angle is then a sum of coordinates, and the axes of a row are its cosine and sine.
 """
 
+from enum import IntEnum
 from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.language import Array, IntegerRows, Integers, RealRows, Reals, Record, Start, in_place
 
-# Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane
-TURN, SLIDE, FLOAT = range(3)
 
-# Columns of `PlanarTables.rows`
-PARENT, KIND, COORDINATE, SPEED, DRIVE, IS_LIFTED = range(6)
-ROW_INTEGERS = 6
+class RowKind(IntEnum):
+    """Kinds of rows: about the normal, along an axis of the plane, all three motions of the plane."""
 
-# Columns of `PlanarTables.geometry`, in axes of the row (the place: of its parent)
-PLACE = 0  # origin from the parent row's origin, all coordinates zero
-AXIS = 2  # of a slide; of a float: that of its first coordinate
-SIGN = 4  # 1 or -1: the normal against the axis about which the joint turns
-MASS = 5
-FIRST = 6  # mass times centre of mass
-SECOND = 8  # inertia about the origin and the normal
-LIFTED = 9  # mass, and mass times centre of mass, that gravity spares
-ARMATURE = 12  # inertia along the coordinate alone
-ROW_NUMBERS = 13
+    TURN = 0
+    SLIDE = 1
+    FLOAT = 2
 
-# Columns of the work array
-C, S = 0, 1  # cosine and sine of the angle
-W = 2  # angular velocity
-OFFSET = 3  # from the parent row's origin
-VELOCITY = 5
-BIAS = 7  # acceleration of the origin beyond that of the same point of the parent and the joint's own du
-M = 9  # articulated inertia: force = M a + H alpha, moment = H . a + J alpha; xx, xy, yy
-H = 12
-J = 14
-FORCE = 15  # what must act on the row from its parent at no acceleration
-MOMENT = 17
-U = 18  # over the inertia along the joint: inertia times its axis; of a turn about the parent's origin, not the own
-REST = 21  # over the inertia along the joint: generalised force that the acceleration is to balance
-ACCELERATION = 22  # gravity taken off
-ALPHA = 24
-WORK = 25
+
+class RowPlaces(NamedTuple):
+    """Columns of `PlanarTables.rows`."""
+
+    parent: int = 0
+    kind: int = 1
+    coordinate: int = 2
+    speed: int = 3
+    drive: int = 4
+    is_lifted: int = 5
+
+
+ROW, ROW_INTEGERS = RowPlaces(), 6
+
+
+class Shape(NamedTuple):
+    """Columns of `PlanarTables.geometry`, in axes of the row (the place: of its parent)."""
+
+    place: int = 0  # origin from the parent row's origin, all coordinates zero
+    axis: int = 2  # of a slide; of a float: that of its first coordinate
+    sign: int = 4  # 1 or -1: the normal against the axis about which the joint turns
+    mass: int = 5
+    first: int = 6  # mass times centre of mass
+    second: int = 8  # inertia about the origin and the normal
+    lifted: int = 9  # mass, and mass times centre of mass, that gravity spares
+    armature: int = 12  # inertia along the coordinate alone
+
+
+SHAPE, ROW_NUMBERS = Shape(), 13
+
+
+class WorkPlaces(NamedTuple):
+    """Columns of the work array."""
+
+    c: int = 0  # cosine and sine of the angle
+    s: int = 1
+    w: int = 2  # angular velocity
+    offset: int = 3  # from the parent row's origin
+    velocity: int = 5
+    bias: int = 7  # acceleration of the origin beyond that of the same point of the parent and the joint's own du
+    m: int = 9  # articulated inertia: force = M a + H alpha, moment = H . a + J alpha; xx, xy, yy
+    h: int = 12
+    j: int = 14
+    force: int = 15  # what must act on the row from its parent at no acceleration
+    moment: int = 17
+    u: int = 18  # over the inertia along the joint: inertia times its axis; of a turn about the parent's origin
+    rest: int = 21  # over the inertia along the joint: generalised force that the acceleration is to balance
+    acceleration: int = 22  # gravity taken off
+    alpha: int = 24
+
+
+AT, WORK = WorkPlaces(), 25
 
 
 @in_place

@@ -16,14 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.language import ADVANCE, copy, inlined, kernel, pointer
+from kanefe.kernels.steppers import extrapolation_dense
 from kanefe.kernels.steppers.breakpoints import accept, clip, end_of
-from kanefe.kernels.steppers.extrapolation_dense import (
-    LARGEST_COLUMNS,
-    ExtrapolationStep,
-    derive,
-    extrapolate,
-    first_substate,
-)
 from kanefe.kernels.steppers.moves import STRAIGHT, move, turn
 from kanefe.kernels.steppers.step_commands import Command, Reason, ask, fail, scaled_size, wish
 
@@ -61,14 +55,14 @@ class Stage(IntEnum):
 
 
 @kernel
-def _begin_column(step: ExtrapolationStep, column: int) -> int:
+def _begin_column(step: extrapolation_dense.ExtrapolationStep, column: int) -> int:
     step.column, step.substep = column, 0
     copy(step.state, step.at)
     return _ask_substep(step)
 
 
 @kernel
-def _ask_substep(step: ExtrapolationStep) -> int:
+def _ask_substep(step: extrapolation_dense.ExtrapolationStep) -> int:
     n, h, at, by_damping, by_stiffness = (
         step.coordinates, step.h / step.column, step.at, step.damping_direction, step.stiffness_direction
     )  # fmt: skip
@@ -81,7 +75,7 @@ def _ask_substep(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _take_substep(step: ExtrapolationStep) -> None:
+def _take_substep(step: extrapolation_dense.ExtrapolationStep) -> None:
     n, column, at, slope, way = step.coordinates, step.column, step.at, step.slope, step.stiffness_direction
     h = step.h / column
     if step.substep == 0:
@@ -90,15 +84,15 @@ def _take_substep(step: ExtrapolationStep) -> None:
         at[i] += h * slope[i]
         way[i] = h * at[i]
     move(step, at, way, n, at)
-    copy(at, step.substates[first_substate(column) + step.substep])
+    copy(at, step.substates[extrapolation_dense.first_substate(column) + step.substep])
     step.substep += 1
 
 
 @kernel
-def _take_column(step: ExtrapolationStep) -> int:
+def _take_column(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Put the result of the column into the tableau, and judge it."""
     column, new = step.column, step.at
-    extrapolate(step.tableau, column, 1, new, step.difference)
+    extrapolation_dense.extrapolate(step.tableau, column, 1, new, step.difference)
     step.error = np.inf
     if column > 1:
         step.filterings = 0
@@ -109,12 +103,12 @@ def _take_column(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _most_columns(step: ExtrapolationStep) -> int:
-    return LIMITS.largest_beside_kinks if step.has_kinks else LARGEST_COLUMNS
+def _most_columns(step: extrapolation_dense.ExtrapolationStep) -> int:
+    return LIMITS.largest_beside_kinks if step.has_kinks else extrapolation_dense.LARGEST_COLUMNS
 
 
 @kernel
-def _filter_or_judge(step: ExtrapolationStep) -> int:
+def _filter_or_judge(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Have an error filtered that decides on the step, and could be one of vibrations only; else judge by it."""
     decides = 1.0 < step.error < np.inf and step.column >= step.aim - 1
     if decides and step.is_stiff and step.filterings < LIMITS.most_filterings:
@@ -123,7 +117,7 @@ def _filter_or_judge(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _ask_filter(step: ExtrapolationStep) -> int:
+def _ask_filter(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Request the sweep of the first substep again, with directional products for the last difference."""
     n, h, state, difference, moves = step.coordinates, step.h / step.column, step.state, step.difference, step.moves
     by_damping, by_stiffness = step.damping_direction, step.stiffness_direction
@@ -139,7 +133,7 @@ def _ask_filter(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _filter(step: ExtrapolationStep) -> None:
+def _filter(step: extrapolation_dense.ExtrapolationStep) -> None:
     """Replace the difference (a, b) of coordinates and speeds by what a substep makes of it, and find its size.
 
     That is ``b' = (M + h C + h^2 K)^-1 (M b - h K a)`` and ``a' = a + h b'``: slow motions stay, vibrations which the
@@ -161,12 +155,12 @@ def _work(column: int) -> float:
 
 
 @inlined
-def _work_per_time(step: ExtrapolationStep, column: int) -> float:
+def _work_per_time(step: extrapolation_dense.ExtrapolationStep, column: int) -> float:
     return _work(column) / step.proposed[column]
 
 
 @kernel
-def _choose_next(step: ExtrapolationStep) -> None:
+def _choose_next(step: extrapolation_dense.ExtrapolationStep) -> None:
     """Choose columns and length of the next step: the least work for the time (Hairer & Wanner 1996, IV.9)."""
     column, proposed, most = step.column, step.proposed, _most_columns(step) - 1
     best = min(column, most)
@@ -188,7 +182,7 @@ def _choose_next(step: ExtrapolationStep) -> None:
 
 
 @kernel
-def _begin_step(step: ExtrapolationStep) -> int:
+def _begin_step(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Begin the next step, or the same one again with another length."""
     if step.time >= step.stop:
         return ask(step, Command.DONE, Stage.AFTER)
@@ -201,7 +195,7 @@ def _begin_step(step: ExtrapolationStep) -> int:
 @pointer(ADVANCE)
 def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray, table: np.ndarray) -> int:
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
-    step = ExtrapolationStep(integers, reals, vectors)
+    step = extrapolation_dense.ExtrapolationStep(integers, reals, vectors)
     stage = step.stage
     if stage == Stage.MOVING:
         _take_substep(step)
@@ -220,7 +214,7 @@ def advance_extrapolating(integers: np.ndarray, reals: np.ndarray, vectors: np.n
 
 
 @kernel
-def _judge(step: ExtrapolationStep) -> int:
+def _judge(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Accept the last result, continue with the next column, or give the step up for a shorter one."""
     column, aim, error = step.column, step.aim, step.error
     bounded = min(max(error, 1e-12), 1e12)
@@ -244,7 +238,7 @@ def _judge(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _give_up(step: ExtrapolationStep) -> int:
+def _give_up(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Choose columns and length for another try of the step."""
     column = step.column
     best = min(max(min(step.aim, column), 2), _most_columns(step) - 1)
@@ -258,13 +252,13 @@ def _give_up(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _least(step: ExtrapolationStep) -> float:
+def _least(step: extrapolation_dense.ExtrapolationStep) -> float:
     """Return the smallest step for the columns aimed at: what they let grow, they do up to a step in proportion."""
-    return step.smallest * min(step.aim + 1, LARGEST_COLUMNS) / LARGEST_COLUMNS
+    return step.smallest * min(step.aim + 1, extrapolation_dense.LARGEST_COLUMNS) / extrapolation_dense.LARGEST_COLUMNS
 
 
 @kernel
-def _reject(step: ExtrapolationStep, share: float) -> int:
+def _reject(step: extrapolation_dense.ExtrapolationStep, share: float) -> int:
     """Give the step up for a share of it."""
     step.rejected += 1
     step.was_rejected = True
@@ -273,17 +267,17 @@ def _reject(step: ExtrapolationStep, share: float) -> int:
 
 
 @kernel
-def _finish(step: ExtrapolationStep) -> int:
+def _finish(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Accept the last result of the tableau."""
     copy(step.tableau[step.column - 1], step.difference)
     left = end_of(step) - step.next_output
     if step.wants_dense or left > 0.0 or (left == 0.0 and step.settles != 0):
-        derive(step)
+        extrapolation_dense.derive(step)
     return _accept_last(step)
 
 
 @kernel
-def _accept_last(step: ExtrapolationStep) -> int:
+def _accept_last(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Accept the result that `_finish` or `_look_ahead` has kept."""
     if not step.is_fixed:
         _choose_next(step)
@@ -293,11 +287,11 @@ def _accept_last(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _look_ahead(step: ExtrapolationStep) -> int:
+def _look_ahead(step: extrapolation_dense.ExtrapolationStep) -> int:
     """Ask for the rates at the end: what begins behind the last substep, such as a contact, no column has seen."""
     n, by_damping, by_stiffness = step.coordinates, step.damping_direction, step.stiffness_direction
     copy(step.tableau[step.column - 1], step.difference)
-    derive(step)
+    extrapolation_dense.derive(step)
     copy(step.difference, step.at)
     for i in range(n, n + step.speeds):
         by_stiffness[i] = by_damping[i] = 0.0
@@ -307,7 +301,7 @@ def _look_ahead(step: ExtrapolationStep) -> int:
 
 
 @kernel
-def _kink(step: ExtrapolationStep) -> float:
+def _kink(step: extrapolation_dense.ExtrapolationStep) -> float:
     """Return by how much of the tolerance the speeds change more over a step at the rates at its end than they did."""
     n, slope, change, first = step.coordinates, step.slope, step.substates[0], step.tableau[1]  # substates are free
     change[:] = 0.0

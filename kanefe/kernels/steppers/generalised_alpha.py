@@ -22,21 +22,9 @@ from typing import NamedTuple
 import numpy as np
 
 from kanefe.kernels.language import ADVANCE, copy, inlined, kernel, pointer
+from kanefe.kernels.steppers import generalised_alpha_steps
 from kanefe.kernels.steppers.breakpoints import has_jumped
 from kanefe.kernels.steppers.generalised_alpha_state import AHEAD_SHARE, AlphaStep, know_step, span_of
-from kanefe.kernels.steppers.generalised_alpha_steps import (
-    Stage,
-    ask_end,
-    ask_jacobian,
-    begin_step,
-    filter_row,
-    finish,
-    go_on_or_leave,
-    judge,
-    shorten,
-    size_of,
-    take_filtered,
-)
 from kanefe.kernels.steppers.generalised_alpha_systems import are_factored, factorise_newton, solve_newton
 from kanefe.kernels.steppers.mixing import mix
 from kanefe.kernels.steppers.step_commands import Command, ask, ask_rates
@@ -79,8 +67,8 @@ def _go_on(step: AlphaStep) -> int:
     _, moving, end = span_of(step)
     copy(step.state[moving:end], step.at_start[moving:end])
     if step.time >= step.stop:
-        return ask(step, Command.DONE, Stage.AFTER)
-    return begin_step(step)
+        return ask(step, Command.DONE, generalised_alpha_steps.Stage.AFTER)
+    return generalised_alpha_steps.begin_step(step)
 
 
 @kernel
@@ -95,13 +83,13 @@ def _take_ahead(step: AlphaStep) -> int:
     step.time_at = step.time
     is_made = step.has_jacobian and (step.most_directions == 0 or are_factored(step))
     if step.takes_jacobian and not is_made:
-        return ask_jacobian(step, Stage.OF_JERK)
+        return generalised_alpha_steps.ask_jacobian(step, generalised_alpha_steps.Stage.OF_JERK)
     return _filter_jerk(step)
 
 
 @kernel
 def _filter_jerk(step: AlphaStep) -> int:
-    asked = filter_row(step, step.jerk, Stage.JERK_FILTERED)
+    asked = generalised_alpha_steps.filter_row(step, step.jerk, generalised_alpha_steps.Stage.JERK_FILTERED)
     return asked if asked != Command.START else _use_jerk(step)
 
 
@@ -109,7 +97,7 @@ def _filter_jerk(step: AlphaStep) -> int:
 def _use_jerk(step: AlphaStep) -> int:
     step.has_jerk = True
     know_step(step)
-    return ask_end(step)
+    return generalised_alpha_steps.ask_end(step)
 
 
 @kernel
@@ -128,25 +116,25 @@ def _iterate(step: AlphaStep, is_differentiated: bool) -> int:
     change[moving:end] = 0.0  # arms follow
     if step.takes_jacobian:
         if _needs_jacobian(step, is_differentiated):
-            return ask_jacobian(step, Stage.DIFFERENTIATED)
+            return generalised_alpha_steps.ask_jacobian(step, generalised_alpha_steps.Stage.DIFFERENTIATED)
         if not (are_factored(step) or factorise_newton(step)):
-            return shorten(step, 0.5 * step.h)
+            return generalised_alpha_steps.shorten(step, 0.5 * step.h)
         solve_newton(step, change)
-    size = size_of(step, change)
+    size = generalised_alpha_steps.size_of(step, change)
     if not size < np.inf:
-        return shorten(step, 0.25 * step.h)
+        return generalised_alpha_steps.shorten(step, 0.25 * step.h)
     is_slow = step.iteration > 0 and size > max(LIMITS.converged, LIMITS.slow * step.correction)
     if is_slow and step.takes_jacobian and not step.is_fresh:
         step.mixed_from = step.iteration
-        return ask_jacobian(step, Stage.DIFFERENTIATED)
+        return generalised_alpha_steps.ask_jacobian(step, generalised_alpha_steps.Stage.DIFFERENTIATED)
     copy(found, new)
     for i in range(n, moving):
         new[i] += change[i]
     if size <= LIMITS.converged:
         copy(new[n:moving], found[n:moving])
-        return finish(step)
+        return generalised_alpha_steps.finish(step)
     mix(step.memory, step.iteration - step.mixed_from, step.residual, new, found)
-    return go_on_or_leave(step, size)
+    return generalised_alpha_steps.go_on_or_leave(step, size)
 
 
 @kernel
@@ -157,23 +145,23 @@ def _correct(step: AlphaStep, is_differentiated: bool) -> int:
     3.1): friction that begins to hold, or a contact that closes, sends Newton's method to and fro.
     """
     if _needs_jacobian(step, is_differentiated):
-        return ask_jacobian(step, Stage.DIFFERENTIATED)
+        return generalised_alpha_steps.ask_jacobian(step, generalised_alpha_steps.Stage.DIFFERENTIATED)
     if not (are_factored(step) or factorise_newton(step)):
-        return shorten(step, 0.5 * step.h)
+        return generalised_alpha_steps.shorten(step, 0.5 * step.h)
     size = _newton_step(step)
     if not size < np.inf:
-        return shorten(step, 0.25 * step.h)
+        return generalised_alpha_steps.shorten(step, 0.25 * step.h)
     share = 1.0
     if step.iteration > 0 and size > LIMITS.converged and not is_differentiated:
         if step.is_fixed and size > step.correction and step.halvings < LIMITS.most_halvings:
             step.halvings += 1
             share = -0.5
         elif size > LIMITS.slow * step.correction and (step.is_fixed or not step.is_fresh):
-            return ask_jacobian(step, Stage.DIFFERENTIATED)
+            return generalised_alpha_steps.ask_jacobian(step, generalised_alpha_steps.Stage.DIFFERENTIATED)
     _take_newton_step(step, share)
     if size <= LIMITS.converged:
-        return finish(step)
-    return go_on_or_leave(step, size if share > 0.0 else step.correction)
+        return generalised_alpha_steps.finish(step)
+    return generalised_alpha_steps.go_on_or_leave(step, size if share > 0.0 else step.correction)
 
 
 @kernel
@@ -185,7 +173,7 @@ def _newton_step(step: AlphaStep) -> float:
     for i in range(moving, end):
         tried[i] = found[i] - known[i] - step.share_of_rates * slope[i]
     solve_newton(step, tried)
-    return size_of(step, tried)
+    return generalised_alpha_steps.size_of(step, tried)
 
 
 @kernel
@@ -221,23 +209,23 @@ def advance_generalised_alpha(integers: np.ndarray, reals: np.ndarray, vectors: 
     """Continue the method: see `kanefe.kernels.steppers.step_commands`."""
     step = AlphaStep(integers, reals, vectors)
     stage = step.stage
-    if stage == Stage.ITERATED or stage == Stage.DIFFERENTIATED:
-        return _take_rates(step, stage == Stage.DIFFERENTIATED)
-    if stage == Stage.FILTERED:
-        take_filtered(step, step.tried)
-        return judge(step)
-    if stage == Stage.AFTER and step.has_loops:
-        return ask(step, Command.PROJECT, Stage.PROJECTED)
-    if stage == Stage.AFTER or stage == Stage.PROJECTED:
-        return ask_rates(step, Stage.FIRST) if has_jumped(step) else _go_on(step)
-    if stage == Stage.BEGIN:
-        return ask_rates(step, Stage.FIRST)
-    if stage == Stage.FIRST:
+    if stage == generalised_alpha_steps.Stage.ITERATED or stage == generalised_alpha_steps.Stage.DIFFERENTIATED:
+        return _take_rates(step, stage == generalised_alpha_steps.Stage.DIFFERENTIATED)
+    if stage == generalised_alpha_steps.Stage.FILTERED:
+        generalised_alpha_steps.take_filtered(step, step.tried)
+        return generalised_alpha_steps.judge(step)
+    if stage == generalised_alpha_steps.Stage.AFTER and step.has_loops:
+        return ask(step, Command.PROJECT, generalised_alpha_steps.Stage.PROJECTED)
+    if stage == generalised_alpha_steps.Stage.AFTER or stage == generalised_alpha_steps.Stage.PROJECTED:
+        return ask_rates(step, generalised_alpha_steps.Stage.FIRST) if has_jumped(step) else _go_on(step)
+    if stage == generalised_alpha_steps.Stage.BEGIN:
+        return ask_rates(step, generalised_alpha_steps.Stage.FIRST)
+    if stage == generalised_alpha_steps.Stage.FIRST:
         return _start(step)
-    if stage == Stage.AHEAD:
+    if stage == generalised_alpha_steps.Stage.AHEAD:
         return _take_ahead(step)
-    if stage == Stage.OF_JERK:
+    if stage == generalised_alpha_steps.Stage.OF_JERK:
         _take_jacobian(step, False)  # it is that of the start
         return _filter_jerk(step)
-    take_filtered(step, step.jerk)
+    generalised_alpha_steps.take_filtered(step, step.jerk)
     return _use_jerk(step)

@@ -8,21 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from kanefe.kernels.compiler.arrays import IntegerRows, Integers, Prepared, RealRows, Reals
 from kanefe.kernels.events.closing_call import ClosingCall, close_at
-from kanefe.kernels.language import (
-    IntegerRows,
-    Integers,
-    Prepared,
-    RealRows,
-    Reals,
-    Record,
-    Rows,
-    call_address,
-    copy,
-    entry,
-    inlined,
-    kernel,
-)
+from kanefe.kernels.language import Record, Rows, call_address, copy, entry, inlined, kernel
 from kanefe.kernels.steppers.step_commands import Command, Run, begin_at, is_finite, step_of
 
 

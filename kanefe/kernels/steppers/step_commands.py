@@ -12,23 +12,10 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.compiler.arrays import Advance, Interpolate
-from kanefe.kernels.language import (
-    Array,
-    Integers,
-    RealRows,
-    Reals,
-    Record,
-    Start,
-    Symmetric,
-    Vector,
-    copy,
-    entry,
-    inlined,
-    kernel,
-    vector_kernel,
-)
+from kanefe.kernels.compiler.arrays import Advance, Integers, Interpolate, RealRows, Reals
+from kanefe.kernels.language import Array, Record, Start, copy, entry, inlined, kernel, vector_kernel
 from kanefe.kernels.sweeps.elastic import total
+from kanefe.kernels.values.tensors import Symmetric, Vector
 
 
 class Command(IntEnum):

@@ -2,7 +2,9 @@
 
 from typing import Any
 
-from kanefe.kernels.language import (
+from kanefe.kernels.language import inlined
+from kanefe.kernels.tree import Frame
+from kanefe.kernels.values.tensors import (
     NO_INERTIA,
     NO_MATRIX,
     ZERO,
@@ -12,10 +14,8 @@ from kanefe.kernels.language import (
     congruent,
     cross,
     diagonal,
-    inlined,
     skew,
 )
-from kanefe.kernels.tree import Frame
 
 
 @inlined

@@ -10,24 +10,21 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.bodies import ModalBody
-from kanefe.kernels.language import (
+from kanefe.kernels.language import Values, inlined, kernel, vector_kernel
+from kanefe.kernels.sweeps.body_inertia import put_inertia, put_rigid
+from kanefe.kernels.tree import Frame
+from kanefe.kernels.values.tensors import (
     NO_INERTIA,
     ZERO,
     Symmetric,
-    Values,
     Vector,
     congruent,
     contract,
     cross,
     diagonal,
     dot,
-    inlined,
-    kernel,
     square,
-    vector_kernel,
 )
-from kanefe.kernels.sweeps.body_inertia import put_inertia, put_rigid
-from kanefe.kernels.tree import Frame
 
 
 @vector_kernel

@@ -8,23 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.kernels.beams import ExactBeam
-from kanefe.kernels.language import (
-    NO_INERTIA,
-    Symmetric,
-    Vector,
-    congruent,
-    cross,
-    diagonal,
-    dot,
-    inlined,
-    kernel,
-    square,
-    vector_kernel,
-    vectors,
-)
+from kanefe.kernels.language import inlined, kernel, vector_kernel, vectors
 from kanefe.kernels.sweeps.body_inertia import put_inertia
 from kanefe.kernels.sweeps.elastic import total
 from kanefe.kernels.tree import Frame
+from kanefe.kernels.values.tensors import NO_INERTIA, Symmetric, Vector, congruent, cross, diagonal, dot, square
 
 
 class Carried(NamedTuple):

@@ -19,27 +19,24 @@ from kanefe.kernels.beams import ExactBeam
 from kanefe.kernels.bodies import BorderedBody, ModalBody
 from kanefe.kernels.joints.handing import Felt, hand_force_inward, hand_inward
 from kanefe.kernels.joints.motion import put_three, three
-from kanefe.kernels.language import (
+from kanefe.kernels.language import Values, inlined, kernel, vector_kernel
+from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
+from kanefe.kernels.sweeps.elastic import combination, total, transposed_product
+from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
+from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink
+from kanefe.kernels.values.tensors import (
     NO_INERTIA,
     NO_MATRIX,
     ZERO,
     Matrix,
     Symmetric,
-    Values,
     Vector,
     congruent,
     cross,
     dot,
-    inlined,
-    kernel,
     outer,
     square,
-    vector_kernel,
 )
-from kanefe.kernels.scene import Scene, Work, bodies_of, links_of
-from kanefe.kernels.sweeps.elastic import combination, total, transposed_product
-from kanefe.kernels.sweeps.unit_mass import from_unit_mass, to_unit_mass
-from kanefe.kernels.tree import Frame, InterfaceFrame, InterfaceLink
 
 
 @kernel

@@ -6,29 +6,7 @@ import numpy as np
 
 from kanefe.frames import Matrix, Vector, cross, turn_to
 from kanefe.joints import Joint, Link
-from kanefe.kernels.planar.layout import (
-    ARMATURE,
-    AXIS,
-    COORDINATE,
-    DRIVE,
-    FIRST,
-    FLOAT,
-    IS_LIFTED,
-    KIND,
-    LIFTED,
-    MASS,
-    PARENT,
-    PLACE,
-    ROW_INTEGERS,
-    ROW_NUMBERS,
-    SECOND,
-    SIGN,
-    SLIDE,
-    SPEED,
-    TURN,
-    PlanarTables,
-    PlanarWork,
-)
+from kanefe.kernels.planar.layout import ROW, ROW_INTEGERS, ROW_NUMBERS, SHAPE, PlanarTables, PlanarWork, RowKind
 from kanefe.kernels.scene import Sizes
 from kanefe.kernels.tables import Tables
 from kanefe.kernels.values.filled import laid_out
@@ -138,7 +116,7 @@ class _Builder:
         self.frame_offsets: list[FrameOffset] = []
         self._integers: list[list[int]] = []
         self._numbers: list[list[float]] = []
-        self._add_row(TURN, 0, np.zeros(3))
+        self._add_row(RowKind.TURN, 0, np.zeros(3))
         for body, A in zip(model.bodies, axes, strict=True):
             self._add_body(body, basis @ A)
 
@@ -165,11 +143,11 @@ class _Builder:
 
     def _add_row(self, kind: int, parent: int, place: Vector, axis: Vector | None = None, sign: float = 1.0) -> int:
         integers, numbers = [-1] * ROW_INTEGERS, [0.0] * ROW_NUMBERS
-        integers[PARENT], integers[KIND], integers[IS_LIFTED] = parent, kind, 0
-        numbers[PLACE : PLACE + 2] = place[:2].tolist()
-        numbers[SIGN] = sign
+        integers[ROW.parent], integers[ROW.kind], integers[ROW.is_lifted] = parent, kind, 0
+        numbers[SHAPE.place : SHAPE.place + 2] = place[:2].tolist()
+        numbers[SHAPE.sign] = sign
         if axis is not None:
-            numbers[AXIS : AXIS + 2] = axis[:2].tolist()
+            numbers[SHAPE.axis : SHAPE.axis + 2] = axis[:2].tolist()
         self._integers.append(integers)
         self._numbers.append(numbers)
         return len(self._integers) - 1
@@ -181,15 +159,15 @@ class _Builder:
         has_rotors = bool(self.model.armatures[body.speeds].any())
         if floats_in_plane(joint) and not (body.is_driven or has_rotors):
             x, _, z = (link.axis for link in moving)
-            row = self._add_row(FLOAT, row, place, axes @ x, float(np.sign(axes[2] @ z)))
+            row = self._add_row(RowKind.FLOAT, row, place, axes @ x, float(np.sign(axes[2] @ z)))
             self._number(row, body, 0)
             place = np.zeros(3)
         else:
             for i, link in enumerate(moving):
                 if link.is_turn:
-                    row = self._add_row(TURN, row, place, sign=float(np.sign(axes[2] @ link.axis)))
+                    row = self._add_row(RowKind.TURN, row, place, sign=float(np.sign(axes[2] @ link.axis)))
                 else:
-                    row = self._add_row(SLIDE, row, place, axes @ link.axis)
+                    row = self._add_row(RowKind.SLIDE, row, place, axes @ link.axis)
                 self._number(row, body, i)
                 place = np.zeros(3)
         frame_offset = FrameOffset(row, axes, place)
@@ -199,12 +177,12 @@ class _Builder:
     def _number(self, row: int, body: BodyTerms, i: int) -> None:
         """Write where coordinate i of a body's joint is in the state, or among the driven ones."""
         integers, speed = self._integers[row], int(body.speeds[i])
-        integers[SPEED] = speed
-        self._numbers[row][ARMATURE] = self.model.armatures[speed]
+        integers[ROW.speed] = speed
+        self._numbers[row][SHAPE.armature] = self.model.armatures[speed]
         if speed >= self.model.free_count:
-            integers[DRIVE] = speed - self.model.free_count
+            integers[ROW.drive] = speed - self.model.free_count
         else:
-            integers[COORDINATE] = int(body.coordinates[i])
+            integers[ROW.coordinate] = int(body.coordinates[i])
 
     def _add_mass(self, body: BodyTerms, frame_offset: FrameOffset) -> None:
         rigid, numbers = body.rigid, self._numbers[frame_offset.row]
@@ -212,15 +190,15 @@ class _Builder:
             return
         x, y, _ = (frame_offset.place + frame_offset.axes @ rigid.com).tolist()
         normal = frame_offset.axes[2]
-        numbers[MASS] += rigid.mass
-        numbers[FIRST] += rigid.mass * x
-        numbers[FIRST + 1] += rigid.mass * y
-        numbers[SECOND] += float(normal @ rigid.inertia @ normal) + rigid.mass * (x * x + y * y)
+        numbers[SHAPE.mass] += rigid.mass
+        numbers[SHAPE.first] += rigid.mass * x
+        numbers[SHAPE.first + 1] += rigid.mass * y
+        numbers[SHAPE.second] += float(normal @ rigid.inertia @ normal) + rigid.mass * (x * x + y * y)
         if not body.has_gravity:
-            self._integers[frame_offset.row][IS_LIFTED] = 1
-            numbers[LIFTED] += rigid.mass
-            numbers[LIFTED + 1] += rigid.mass * x
-            numbers[LIFTED + 2] += rigid.mass * y
+            self._integers[frame_offset.row][ROW.is_lifted] = 1
+            numbers[SHAPE.lifted] += rigid.mass
+            numbers[SHAPE.lifted + 1] += rigid.mass * x
+            numbers[SHAPE.lifted + 2] += rigid.mass * y
 
     def _points(self) -> np.ndarray:
         """Return where loads act, and what takes their values into the plane."""
