@@ -27,7 +27,7 @@ from kanefe.integrate.stepper import Stepper
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.kernels.compiler.entries import LATER
 from kanefe.kernels.steppers.lanes import Lanes, run_lanes
-from kanefe.kernels.steppers.step_commands import STATE, Command, Step
+from kanefe.kernels.steppers.step_commands import VECTOR, Command, Step
 from kanefe.kernels.values.records import column
 from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.scales import length_of_parts
@@ -153,7 +153,7 @@ class _Turns:
             begun = [self._new(model).snapshot() for model in models]
         integers, reals = (np.array([memory[name] for memory in begun]) for name in ("integers", "reals"))
         vectors = np.array([memory["vectors"].ravel() for memory in begun])
-        starts = vectors[:, STATE * width : (STATE + 1) * width]
+        starts = vectors[:, VECTOR.state * width : (VECTOR.state + 1) * width]
         if self._is_alike:
             starts[:, :-QUADRATURES] = [model.initial_state for model in models]
         states = np.zeros((len(models), self._states.size))

@@ -23,8 +23,8 @@ PARAMETERS, FUNCTION_LINES = (6, 8), (40, 60, 80)
 """Numbers of parameters of kernels, and of lines of code of functions, above which they are counted."""
 
 LIMITS = {
-    "constants of kernels": 440,
-    "lines of imports of kernels": 2300,
+    "constants of kernels": 260,
+    "lines of imports of kernels": 1963,
     "kernels above 8 parameters": 0,
     "kernels above 6 parameters": 8,
     "functions above 40 lines of code": 2,
@@ -35,7 +35,7 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 31790,  # Newton's steps to forces that rigid contacts can share
+    "kernels": 31844,
     "integrate": 11277,
     "linear": 10700,
     "imports": 8930,

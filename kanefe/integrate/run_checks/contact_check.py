@@ -56,7 +56,8 @@ def of_contacts(
         gap, normal, slip, largest = model.route.watching.values(times[rows], states[rows])[:, columns].T
         static = min((model.rigid_contact(k).static for k in range(len(model.rigid_contacts))), default=0.0)
         is_broken = (gap < -entered * scene_length(model)) | (normal < -MARCHING.beyond * largest)
-        rows = rows[is_broken | (slip < -MARCHING.beyond * static * largest)]  # the others need not be looked at closely
+        # the others need not be looked at closely
+        rows = rows[is_broken | (slip < -MARCHING.beyond * static * largest)]
     for i in rows.tolist():
         broken = _broken(model, float(times[i]), states[i], entered)
         if broken:
