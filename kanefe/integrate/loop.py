@@ -15,7 +15,7 @@ from kanefe.integrate.events.actions import acted
 from kanefe.integrate.events.event import Event
 from kanefe.integrate.events.event_search import EventWatch
 from kanefe.integrate.kept_progress import Checkpoints
-from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles
+from kanefe.integrate.pace import Limits, OutOfTime, Pace, Poles, large_systems
 from kanefe.integrate.sampled_steps import SampledSteps
 from kanefe.integrate.sampling import Sampler
 from kanefe.integrate.state_rows import StateRows, TakesStates
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     from kanefe.integrate.checkpoint import CheckpointFile, Progress
 
-FIRST_CHUNK, CHUNK = 16, 2000
-"""Number of steps in the first batch of a scene, whose duration is not known, and largest number in one."""
+FIRST_CHUNK, CHUNK, LEAST_CHUNK = 16, 2000, 2
+"""Number of steps in the first batch of a scene, whose duration is not known, and largest and least number in one."""
 
 CHUNK_SECONDS = 0.1
 """Target duration of a batch, s: limits, the progress bar, Ctrl-C and checkpoints wait for its end."""
@@ -104,6 +104,7 @@ class RunLoop:
         # over events it goes step by step
         is_passing = sampler is not None and watch is None and dynamics.is_autonomous
         self._passing = stepper if is_passing and passes_samples(stepper) else None
+        chunk = LEAST_CHUNK if large_systems(stepper) else chunk
         is_compiled = watch is None or (self._looking is not None and self._looking.can_look_out)
         self.chunk = chunk if is_compiled and not gives_accelerations(stepper) else 1
         if watch is not None:
@@ -255,7 +256,7 @@ class RunLoop:
         if self.chunk > 1:
             done = max(stepper.step_count - steps, 1)
             wanted = done * CHUNK_SECONDS / max(time.perf_counter() - begun, 1e-9)
-            self.chunk = int(max(2, min(wanted, CHUNK, 4 * self.chunk)))
+            self.chunk = int(max(LEAST_CHUNK, min(wanted, CHUNK, 4 * self.chunk)))
 
     def _integrate_over_events(self, watch: EventWatch, most: int) -> None:
         """Continue to a step in which an event needs Python; by single steps where one is a function of the user."""

@@ -20,7 +20,7 @@ from kanefe.integrate.run_checks.drive_growth import EARLY, GROWN, LATE
 from kanefe.integrate.run_checks.functions_of_user import with_jump
 from kanefe.integrate.run_checks.stiff_contacts import stiffest_contact
 from kanefe.integrate.status import RunStatus
-from kanefe.integrate.stepper import StepFailure, Stepper, reports_worst
+from kanefe.integrate.stepper import MOST_SPEEDS, StepFailure, Stepper, reports_worst
 from kanefe.kernels.compiler._numba import seconds_compiling
 
 if TYPE_CHECKING:
@@ -30,6 +30,9 @@ SMALLEST_STEP = 1e-12
 """Average step over a batch or over several steps, relative to the span, below which a run does not advance."""
 
 SOME_STEPS = 20
+
+FIRST_STEPS = 5
+"""Number of steps after which a method has found its length: it grows up to eight times a step from a careful guess."""
 
 PATIENCE, LONGEST = 20.0, 600.0
 """Elapsed time from which a warning is issued, and predicted remaining time for which it is issued, s."""
@@ -100,12 +103,12 @@ class Pace:
         self._sampler, self._poles, self._is_grown = sampler, poles, False
         self._span = end - stepper.t
         self._began, self._from, self._compiled = time.monotonic(), stepper.t, seconds_compiling()
-        self._is_warned = False
+        self._is_warned, self._first = False, stepper.step_count
         self._mark = (0, stepper.t)
 
     def resume(self) -> None:
         """Continue from where the stepper now is, after a checkpoint."""
-        self._from = self._stepper.t
+        self._from, self._first = self._stepper.t, self._stepper.step_count
         self.mark(self._from)
 
     def aim(self, end: float) -> None:
@@ -140,6 +143,8 @@ class Pace:
     def check_pace(self) -> None:
         """Warn once of a run that gets on too slowly to be waited for."""
         elapsed = self._elapsed()
+        if not self._is_warned and (unknowns := large_systems(self._stepper)):
+            self._check_systems(unknowns, elapsed)
         if self._is_warned or elapsed < min(SOON, PATIENCE):
             return
         t, step = self._stepper.t, self._stepper.t - self._stepper.t_old
@@ -165,6 +170,25 @@ class Pace:
                 )
             )
             warnings.warn(f"{status.reason}. Remedy: {status.remedy}", SimulationWarning, stacklevel=outside())
+
+    def _check_systems(self, unknowns: int, elapsed: float) -> None:
+        """Warn of full systems, once the first steps have told what each costs and how long they become."""
+        t, steps = self._stepper.t, self._stepper.step_count - self._first
+        step = t - self._stepper.t_old
+        if steps < FIRST_STEPS or step <= 0.0:
+            return
+        of_one = elapsed / steps
+        left = of_one * (self._end - t) / step
+        if left < LONG:
+            return
+        self._is_warned = True
+        warnings.warn(
+            f"{self._stepper.name} solves full systems of {unknowns} unknowns, whose work grows with the cube of their "
+            f"number: a step takes {of_one:.2g} s, and at t = {t:.6g} s the run takes {_duration(left)} more with "
+            f"steps of {step:.2g} s. Remedy: method='auto', or {self._others()}, if that needs none",
+            SimulationWarning,
+            stacklevel=outside(),
+        )
 
     def _check_contacts(self, t: float, elapsed: float, left: float) -> None:
         """Warn of a contact whose vibrations the run follows one by one."""
@@ -244,6 +268,12 @@ class Pace:
         """Return methods that could be tried in place of this one."""
         here = self._stepper.name.rpartition(", then ")[2]
         return " or ".join(repr(name) for name in serving(self._model, *OTHERS) if name != here) or "'auto'"
+
+
+def large_systems(stepper: Stepper) -> int:
+    """Return the number of unknowns of full systems that a stepper factorises, if it is above `MOST_SPEEDS`; else 0."""
+    unknowns: int = getattr(stepper, "full_unknowns", 0)
+    return unknowns if unknowns > MOST_SPEEDS else 0
 
 
 def _duration(seconds: float) -> str:

@@ -26,6 +26,10 @@ LEAST_STEPS = 30
 since no method skips more than a third of a step or, for order 5, half of it."""
 
 
+MOST_SPEEDS = 150
+"""Largest number of speeds for which systems over all of them are solved unasked: their work grows with its cube."""
+
+
 class StepFailure(SimulationError):
     """A stepper cannot continue from the time it has reached; the run loop makes a status of it.
 

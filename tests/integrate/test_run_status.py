@@ -208,6 +208,22 @@ def test_a_run_that_would_take_days_is_warned_of(monkeypatch: pytest.MonkeyPatch
     assert told[0].filename == __file__
 
 
+def test_full_systems_are_told_after_the_first_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A method that is asked for tells what its full systems cost; one that solves none says nothing."""
+    monkeypatch.setattr("kanefe.integrate.pace.MOST_SPEEDS", 1)
+    monkeypatch.setattr("kanefe.integrate.pace.LONG", 0.0)
+    expected = (
+        r"radau5 solves full systems of 2 unknowns, .* cube .*: a step takes .* s, and at t = .* s the run takes .* "
+        r"min more with steps of .* s\. Remedy: method='auto', or 'dop853' or 'generalised-alpha', if that needs none"
+    )
+    with pytest.warns(kf.SimulationWarning, match=expected) as told:
+        assert double_pendulum().simulate((0.0, 0.5), method="radau5").status.is_finished
+    assert len(told) == 1
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        double_pendulum().simulate((0.0, 0.5), method="dop853")
+
+
 def test_time_of_compiling_is_no_pace(monkeypatch: pytest.MonkeyPatch) -> None:
     choice = Choice("scripted", "for the test", lambda dynamics: ScriptedStepper(2.0**-7), {})
     monkeypatch.setattr("kanefe.integrate.set_up.choose", lambda *arguments: choice)

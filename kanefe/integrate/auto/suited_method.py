@@ -43,15 +43,12 @@ from kanefe.integrate.breakpoints import SAMPLES, changes_of
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.jumps import NO_CHANGES, Changes
 from kanefe.integrate.methods.table import own_methods, serving
-from kanefe.integrate.stepper import LEAST_STEPS
+from kanefe.integrate.stepper import LEAST_STEPS, MOST_SPEEDS
 from kanefe.loads.base import Load
 from kanefe.tree.scales import modal_frequencies, scene_length
 
 MOST_EXPLICIT_STEPS = 2000.0
 """Steps of the explicit method for the elastic modes above which an implicit method is taken."""
-
-MOST_SPEEDS = 150
-"""Largest number of speeds for Radau's method, whose work grows with their cube."""
 
 LOOSE_RTOL = 1e-4
 """Relative tolerance from which the extrapolation has less work than Radau's method if all vibrations are damped."""

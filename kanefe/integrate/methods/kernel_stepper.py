@@ -204,6 +204,12 @@ class KernelStepper:
         return self._compiled_run.prepared(run, watched, self._kernels.restart_share)
 
     @property
+    def full_unknowns(self) -> int:
+        """Number of unknowns of the full systems that it factorises, 0 where there are none."""
+        kernels = self._kernels
+        return self.dynamics.model.free_count if kernels.has_jacobian and not kernels.takes_directions else 0
+
+    @property
     def looks_at_start(self) -> bool:
         """Whether its memory at the start of a run depends on more of the start than the state."""
         kernels = self._kernels
