@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,9 @@ import numpy as np
 from kanefe.errors import ModelError
 from kanefe.frames import Matrix, Vector, axial, orientation_parameters, rotation_matrix, shaped_numbers, skew
 from kanefe.joints.given_pose import GivenPose, PoseRates
+from kanefe.joints.link import LinkKernel
 from kanefe.joints.motion import TIME, Motion, check_span
+from kanefe.joints.pose_in_python import PoseInPython
 from kanefe.joints.pose_table import PoseTable
 
 LINEAR = ("position", "velocity", "acceleration")
@@ -33,7 +35,7 @@ FINE = 4
 class PoseMotion(GivenPose):
     """The pose of a frame as functions of time, with exact velocities and accelerations, to drive a joint.
 
-    The functions are called in Python, and a scene with one uses the literal route; its `table` stays in compiled code.
+    The functions are called in Python, once in each evaluation; its `table` stays in compiled code.
 
     Parameters
     ----------
@@ -96,11 +98,22 @@ class PoseMotion(GivenPose):
     def moves(self) -> bool:
         return self.position is not None
 
+    def kernel(self) -> LinkKernel:
+        return self._called.kernel()
+
+    @cached_property
+    def _called(self) -> PoseInPython:
+        return PoseInPython(self)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "_called"}  # which is of one process
+
     @property
     def clock(self) -> Motion:
         return _Clock(*TIME, span=self.span, pose=self)
 
     def at(self, t: float) -> PoseRates:
+        self._called.raise_interrupt()
         p, v, a = (self._vector(name, t) for name in LINEAR)
         w, dw = (self._vector(name, t) for name in ANGULAR[1:])
         return PoseRates(p, v, a, rotation_matrix(self._parameters(t)), w, dw)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -45,6 +47,12 @@ def functions(*, moves: bool = True) -> kf.PoseMotion:
     )
     return kf.PoseMotion(*(along if moves else (None,) * 3), orientation, spin, twist)
 
+
+def zero(t: float) -> np.ndarray:
+    return np.zeros(3)
+
+
+PICKLED = kf.PoseMotion(zero, zero, zero, orientation, spin, twist)
 
 TIMES = np.linspace(0.0, 3.0, 121)
 TABLE = functions().table(TIMES)
@@ -160,6 +168,52 @@ def test_the_routes_agree_to_round_off(kind: str, is_flexible: bool) -> None:
     model = scene_of(joint, is_flexible=is_flexible).freeze()
     for t in (0.0, 0.7321, 3.0):
         assert_routes_agree(model, t)
+
+
+@pytest.mark.parametrize("is_flexible", [False, True], ids=["rigid", "flexible"])
+@pytest.mark.parametrize("kind", ["free", "spherical"])
+def test_functions_in_python_give_the_routes_the_same(kind: str, is_flexible: bool) -> None:
+    motion = functions(moves=kind == "free")
+    joint = kf.Free(motion=motion) if kind == "free" else kf.Spherical(motion=motion)
+    model = scene_of(joint, is_flexible=is_flexible).freeze()
+    assert (model.route.name, model.route.is_autonomous) == ("order n", False)
+    for t in (0.0, 0.7321, 3.0):
+        assert_routes_agree(model, t)
+
+
+def test_functions_in_python_survive_copies_and_pickles() -> None:
+    model = shaken(kf.Free(motion=PICKLED)).freeze()
+    rates = model.rhs(0.3, model.initial_state)
+    for other in (copy.deepcopy(model), pickle.loads(pickle.dumps(model))):
+        assert np.array_equal(other.rhs(0.3, other.initial_state), rates)
+
+
+@pytest.mark.parametrize("stops", [ZeroDivisionError, KeyboardInterrupt])
+def test_errors_of_functions_in_python_end_the_run_as_others_do(stops: type[BaseException]) -> None:
+    """Kernels call the function, which cannot raise through them: it is raised where Python goes on."""
+    asked: list[float] = []
+
+    def heave(t: float) -> tuple[float, float, float]:
+        if is_running and t > 0.5:
+            asked.append(t)
+            if stops is ZeroDivisionError or len(asked) == 1:  # Ctrl-C comes once
+                raise stops("here")
+        return 0.0, 0.0, 0.1 * np.sin(t)
+
+    is_running = False
+    motion = kf.PoseMotion(heave, lambda t: (0, 0, 0.1 * np.cos(t)), lambda t: (0, 0, -0.1 * np.sin(t)))
+    scene = shaken(kf.Free(motion=motion))
+
+    def begin(t: float, state: kf.SceneState) -> float:
+        nonlocal is_running
+        is_running = t > 0.0
+        return 1.0
+
+    with pytest.warns(kf.SimulationWarning):
+        result = scene.simulate((0.0, 1.0), method="dop853", events=kf.Event("begins", begin))
+    expected = {ZeroDivisionError: "raised ZeroDivisionError: here (heave, line", KeyboardInterrupt: "by Ctrl-C"}
+    assert expected[stops] in result.status.reason
+    assert 0.0 < result.times[-1] <= 0.5 + 1e-9
 
 
 def test_euler_parameters_of_either_sign_and_any_length_are_one_rotation() -> None:

@@ -36,7 +36,7 @@ LIMITS = {
 
 ROOMS = {
     "kernels": 31844,
-    "integrate": 11277,
+    "integrate": 11310,
     "linear": 10700,
     "imports": 8930,
     "kane": 844,
@@ -45,7 +45,7 @@ ROOMS = {
     "order_n": 4870,
     "loads": 4090,
     "contact": 3638,
-    "joints": 3724,
+    "joints": 3800,
     "results": 3695,
     "checks": 3685,
     "views": 3457,
