@@ -63,8 +63,8 @@ class Envelope:
         """Estimated error of the stress at the overall extreme due to the size of the cells, relative to it.
 
         By a fit to the best points of the cells around; see `kanefe_fem.recovery.mesh_error`. Where the stress is
-        singular it does not fall as the mesh is refined. NaN of cells, where too few of them are around, in beams, and
-        for elements that give their stresses at nodes.
+        singular it does not fall as the mesh is refined. NaN of cells, where too few of them are around, and for
+        elements that give their stresses at nodes.
         """
         return self.error_at(self.where, self.peak_time)
 

@@ -209,13 +209,16 @@ class JoinedFields(ShellStrainFields):
         return np.concatenate([*parts, self._of_fibres("stress", eta)], axis=1)
 
     def patches(self, node: int, eta: np.ndarray, material: int | None = None) -> list[Patch]:
-        """Return the stresses around a node; none at nodes of beams, whose error is not known."""
+        """Return the stresses around a node in all parts there, or in the one that has the material."""
         part, row = self.part_of(material)
-        has_beams = self.ribs is not None and (part == "beams" or (part is None and not self.is_chosen))
-        if has_beams and self.ribs is not None and (self.ribs.table == node).any():
-            return []
-        of_solid = self.solid is not None and np.isin(node, nodes_of(self.solid.cells))
-        return self.solid.patches(node, eta, row) if of_solid and self.solid else super().patches(node, eta, row)
+        found: list[Patch] = []
+        if part in (None, "shell"):
+            found += super().patches(node, eta, row)
+        if self.solid is not None and part in (None, "solids") and np.isin(node, nodes_of(self.solid.cells)):
+            found += self.solid.patches(node, eta, row)
+        if self.ribs is not None and (part == "beams" or (part is None and not self.is_chosen)):
+            found += self.ribs.patches(node, eta, row)
+        return found
 
     def drawn(self) -> DrawnShell:
         """Return the points and cells of a picture."""

@@ -17,6 +17,7 @@ from kanefe.fe_model.drawn_shell import HALVES
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.ribs import NODES, Ribs
 from kanefe.fe_model.shapes import shape
+from kanefe_fem.recovery.mesh_error import Patch
 from kanefe_fem.recovery.section_forces import SectionForces
 from kanefe_fem.recovery.strain_fields import CHUNK
 from kanefe_fem.shells.stiffeners import STATIONS, Station
@@ -92,6 +93,22 @@ class RibFields:
         strains = self.strains(xi, eta)[..., None]
         stress = E * (strains[..., 0, :] + z * strains[..., 4, :] - y * strains[..., 5, :])
         return np.where(E > 0.0, stress, np.nan)
+
+    def patches(self, node: int, eta: np.ndarray, rib: int | None = None) -> list[Patch]:
+        """Return the stress around a node, for coordinates (1, k), in the fibre of each stiffener with the largest."""
+        at_node = (self.table == node) & ((rib is None) | (self.ribs.of_line == rib))[:, None]
+        xi, found = 0.5 * (1.0 + self._points), []
+        for own in np.unique(self.ribs.of_line[at_node.any(axis=1)]):
+            here = at_node & (self.ribs.of_line == own)[:, None]
+            ring = np.isin(self.table, self.table[here.any(axis=1)]).any(axis=1) & (self.ribs.of_line == own)
+            mean = self.stress(NODES, eta)[0][here].mean(axis=0)
+            if np.isnan(mean).any():
+                continue
+            fibre = int(np.abs(mean).argmax())
+            stress = self.stress(xi, eta)[0][ring][..., fibre].reshape(-1, 1) * np.eye(6)[0]
+            places = (self.positions(xi)[ring] - self.positions(NODES)[here][0]).reshape(-1, 3)
+            found.append(Patch(places, stress, mean[fibre] * np.eye(6)[0], 2))
+        return found
 
     def drawn(self, eta: np.ndarray, rib: int | None = None) -> np.ndarray:
         """Return the stress of the points by which beams are drawn, of one or of all, shape (T, 4 m p)."""

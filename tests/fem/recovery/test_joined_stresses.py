@@ -7,6 +7,8 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import AccuracyWarning, ModelError
+from kanefe.views.player.page import page_of
+from kanefe.views.player.skins import skin_of
 from kanefe_fem import (
     Material,
     Orthotropic,
@@ -19,9 +21,10 @@ from kanefe_fem import (
     shell_body,
     surface_mesh,
 )
-from kanefe_fem.recovery.rib_fields import UNIAXIAL
+from kanefe_fem.recovery.rib_fields import UNIAXIAL, RibFields
 from kanefe_fem.recovery.scalars import SCALARS
 from kanefe_fem.verification.joined_shells import on_box, with_side
+from player_pages import body_of, placed, read_page
 
 pytestmark = pytest.mark.fenicsx
 
@@ -97,6 +100,16 @@ def test_an_eccentric_rib_has_the_forces_of_a_t_beam(bent):
     np.testing.assert_allclose(sheet["N11"] * WIDTH, -found["N"][0, 0, 0], rtol=1e-6)
 
 
+def test_fibres_of_a_rib_that_bends_sideways_have_the_sign_of_their_side():
+    rest = at_rest(ribbed(), "tip", lambda scene, tip: scene.add_torque(tip, (0.0, 0.0, MOMENT)))
+    fields = recover(rest, "part", material="rib")
+    curvature = MOMENT / (THICK * WIDTH**3 + 0.03 * 0.004**3) * 12.0 / 70e9
+    y = rest.history.body("part").elasticity.ribs.fibres[0, :, 0]
+    expected = np.broadcast_to(-70e9 * curvature * y, (4, 2, 16))
+    np.testing.assert_allclose(fields.fibre_stress()[0], expected, atol=1e-8 * expected.max())
+    np.testing.assert_allclose(fields.section_forces()["Mz"], 70e9 * curvature * 0.03 * 0.004**3 / 12.0, rtol=1e-8)
+
+
 def test_the_worst_at_a_node_is_that_of_the_rib_beside_it(bent):
     top = bending(THICK / 2.0 + 0.03)
     on_line = np.abs(recover(bent, "part").envelope().positions[:, 1]) < 1e-9
@@ -130,6 +143,20 @@ def test_the_sheet_beside_a_rib_fails_where_it_is_compressed():
         np.testing.assert_allclose(fields.gauge((0.2, 0.01, z), (1, 0, 0)), bending(z) / 70e9, rtol=1e-6)
 
 
+def test_a_rib_knows_the_error_of_its_lines(bent):
+    """Pure bending is exact; a force at the tip bends by a cubic, whose curvature lines of two points have exactly."""
+    assert recover(bent, "part", material="rib").envelope().mesh_error < 1e-6
+    fields = recover(bent, "part", material="rib")._fields()
+    table, x = fields.ribs.table, np.asarray(fields.nodes)[:, 0]
+    motion = np.zeros((len(x), 6))
+    motion[:, 4] = -(x**3) / 3.0  # strain -x^2 z, whose best points are exact
+    bare = RibFields(fields.nodes, motion.reshape(-1, 1), table, fields.ribs.ribs, ("rib",))
+    (patch,) = bare.patches(int(table.ravel()[x[table].argmax()]), np.ones((1, 1)))
+    at_tip = bare.stress(np.array((0.0, 1.0)), np.ones((1, 1)))[0]
+    exact = 70e9 * LENGTH**2 * (THICK / 2.0 + 0.03)
+    assert patch.error == pytest.approx(exact - np.abs(at_tip).max(), rel=1e-6)
+
+
 def test_scalars_of_fibres_are_those_of_a_tensor():
     stress = np.array((-3.0, 0.0, 5.0))
     tensors = stress[:, None] * np.eye(6)[0]
@@ -140,8 +167,6 @@ def test_scalars_of_fibres_are_those_of_a_tensor():
 
 def test_the_skin_the_stress_and_files_have_the_same_points(bent, tmp_path):
     """Points on the rib, drawn beside the sheet, have the stress of their height."""
-    from kanefe.views.player.skins import skin_of
-
     shape, fields = bent.history.body("part"), recover(bent, "part")
     skin = skin_of(shape)
     stress = fields.stress_of(fields.eta)[0]
@@ -167,6 +192,9 @@ def test_half_a_solid_and_half_a_shell_are_pulled_and_bent_as_one():
     only = recover(rest, "part", material="block").stress_at_nodes()[0, :, 0]
     np.testing.assert_array_equal(np.isnan(only), np.arange(len(x)) < np.isnan(only).sum())
     np.testing.assert_allclose(only[np.isfinite(only)], FORCE / AREA[0], rtol=1e-6)
+    in_cells = [recover(rest, "part", material=name).envelope(at="cells").values for name in ("sheet", "block")]
+    is_sheet = np.arange(len(in_cells[0])) < 12
+    np.testing.assert_array_equal(np.isfinite(in_cells), (is_sheet, ~is_sheet))
     rest = at_rest(body, "sheet.tip", lambda scene, tip: scene.add_force(tip, (0.0, 0.0, FORCE)))
     fields = recover(rest, "part", face="top")
     stress, z = fields.stress_at_nodes()[0, :, 0], np.asarray(body.nodes)[:, 2]
@@ -179,10 +207,19 @@ def test_half_a_solid_and_half_a_shell_are_pulled_and_bent_as_one():
     np.testing.assert_allclose(np.ravel(strain), -FORCE * arms * 6.0 / (WIDTH * THICK**2 * 70e9), rtol=0.01)
 
 
-def test_a_file_brings_the_stresses_of_ribs_back(bent, tmp_path):
+def test_pages_and_files_have_the_stresses_of_ribs(tmp_path):
     scene = kf.System(gravity=(0.0, 0.0, -9.81))
     scene.add_flexible_body("part", ribbed())
     result = scene.simulate((0.0, 0.01), output_step=0.005)
+    fields = recover(result, "part")
+    told = read_page(page_of(result, stress=fields).html)
+    part = body_of(told, "part")["parts"][0]
+    shown = np.tensordot(part["amplitudes"][-1] * part["stress_factors"], part["stresses"].astype(float), axes=1)
+    expected = fields.stress_of(fields.eta[-1:])[0]
+    np.testing.assert_allclose(shown, expected, atol=2e-4 * np.abs(expected).max())  # 16 bits
+    moved = placed(told, part, 2) - placed(told, part, 0)
+    on_top = skin_of(result.body("part")).points[:, 2] > THICK
+    assert np.abs(moved[on_top, 2]).max() > 0.9 * np.abs(moved[:, 2]).max()  # the rib moves with the sheet
     result.save(tmp_path / "run.h5")
     first, second = (recover(one, "part", material="rib") for one in (result, kf.load_result(tmp_path / "run.h5")))
     assert np.abs(first.fibre_stress()).max() > 0.0
