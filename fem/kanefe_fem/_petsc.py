@@ -5,6 +5,10 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import os
+import shutil
+import time
+import weakref
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -12,13 +16,20 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError, SingularStiffness
 from kanefe.storage import hdf5
-from kanefe_fem.machine.memory import free_memory, rough_size, warn_of_memory
+from kanefe_fem.machine.factor_plan import Analysis, planned
+from kanefe_fem.machine.memory import free_memory, rough_size
 
 SMALL = 10_000
 """Number of unknowns up to which SuperLU is as fast as MUMPS, including the import of petsc4py."""
 
 ROUGHLY = 0.5
 """Fraction of the free memory above which the size of a factor is not only estimated but computed by MUMPS."""
+
+TOLD = 200_000
+"""Number of unknowns from which time and memory are computed before in any case: a fiftieth of the time."""
+
+PIECE = 20_000
+"""Number of rows of the piece of a matrix that is factored to know how fast this machine is."""
 
 CONDITION = 1e15
 """Scaled condition number, estimated by one solve, above which a matrix is regarded as singular."""
@@ -107,7 +118,7 @@ class MumpsFactor:
     Warns
     -----
     MemoryWarning
-        If the factorisation needs more memory than is free; it is attempted nevertheless.
+        If the factorisation needs more memory than is free: see `kanefe_fem.machine.factor_plan`.
     """
 
     def __init__(self, matrix: sp.spmatrix, definite: bool = True) -> None:
@@ -121,13 +132,9 @@ class MumpsFactor:
         if definite and not np.all(csr.diagonal() > 0.0):
             raise insufficient_support("a degree of freedom has no stiffness at all")
         self._matrix = self._upper_half(csr)
-        free = free_memory()
-        if free is not None and rough_size(self.size) > ROUGHLY * free:
-            pc, factor = self._set_up(megabytes=1)
-            warn_of_memory(self.size, 1e6 * factor.getMumpsInfog(17), free)
-            pc.destroy()
+        folder = self._planned(csr)
         try:
-            self._pc, self._factor = self._set_up()
+            self._pc, self._factor = self._set_up(folder=folder)
         except PETSc.Error as problem:
             raise self._singular(f"MUMPS cannot factorise it ({problem})") from problem
         refuse_failure(self._factor, self.size, definite)
@@ -146,11 +153,42 @@ class MumpsFactor:
         matrix.setOption(petsc.Mat.Option.SPD, self.definite)
         return matrix
 
-    def _set_up(self, megabytes: int = 0) -> tuple[Any, Any]:
+    def _planned(self, csr: sp.csr_matrix) -> Path | None:
+        """Return the folder of the factors, None if they stay in memory; of large ones time and memory are told."""
+        free = free_memory()
+        if self.size <= TOLD and (free is None or rough_size(self.size) <= ROUGHLY * free):
+            return None
+        pc, factor = self._set_up(megabytes=1)
+        analysis = Analysis(
+            unknowns=self.size,
+            operations=factor.getMumpsRinfog(1),
+            in_memory=1e6 * factor.getMumpsInfog(17),
+            beside_disk=1e6 * factor.getMumpsInfog(27),
+            factors=8.0 * _large(factor.getMumpsInfog(20)),
+        )
+        pc.destroy()
+        return planned(analysis, free, self._rate(csr)).folder
+
+    def _rate(self, csr: sp.csr_matrix) -> float:
+        """Return the operations per second by the clock in factoring a piece of the matrix."""
+        size = min(PIECE, self.size)
+        whole, self.size = self.size, size
+        try:
+            piece = self._upper_half(csr[:size, :size].sorted_indices())
+            start = time.perf_counter()
+            pc, factor = self._set_up(of=piece)
+            seconds, operations = time.perf_counter() - start, factor.getMumpsRinfog(3)
+        finally:
+            self.size = whole
+        pc.destroy()
+        piece.destroy()
+        return float(max(operations, 1.0) / seconds)
+
+    def _set_up(self, megabytes: int = 0, folder: Path | None = None, of: Any = None) -> tuple[Any, Any]:
         """Factorise; with one megabyte of memory, MUMPS stops after its analysis, which gives the memory it needs."""
         petsc = self._petsc
         pc = petsc.PC().create(comm=petsc.COMM_SELF)
-        pc.setOperators(self._matrix)
+        pc.setOperators(self._matrix if of is None else of)
         pc.setType(petsc.PC.Type.CHOLESKY)
         pc.setFactorSolverType("mumps")
         pc.setFactorSetUpSolverType()
@@ -159,6 +197,10 @@ class MumpsFactor:
         if not self.definite:
             factor.setMumpsIcntl(14, PIVOTING_ROOM)
         factor.setMumpsIcntl(23, megabytes)
+        if folder is not None:
+            os.environ["MUMPS_OOC_TMPDIR"] = str(folder)  # MUMPS reads it while it factors
+            factor.setMumpsIcntl(22, 1)
+            weakref.finalize(self, _drop, factor, pc, folder)
         pc.setUp()
         return pc, factor
 
@@ -224,6 +266,18 @@ def refuse_failure(factor: Any, size: int, definite: bool) -> None:
 
 def _not_factored(reason: str, definite: bool) -> Exception:
     return insufficient_support(reason) if definite else RuntimeError(reason)
+
+
+def _drop(factor: Any, pc: Any, folder: Path) -> None:
+    """Remove factors on the disk: MUMPS removes its files by itself, and fails without its folder."""
+    factor.destroy()
+    pc.destroy()
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def _large(count: int) -> float:
+    """Return a count of MUMPS, which is given in millions, negative, where it is large."""
+    return float(count) if count >= 0 else -1e6 * count
 
 
 def insufficient_support(reason: str) -> SingularStiffness:

@@ -24,6 +24,8 @@ from kanefe.bodies.flexible import FlexibleBody, file_kind
 from kanefe.errors import outside
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.storage.digest import Unhashable, code_stamp, digest, installed_versions
+from kanefe.storage.files import cache_folder
+from kanefe.storage.unfinished import resumable
 from kanefe_fem.machine.memory import MemoryWarning
 from kanefe_fem.mesh.mesh import Mesh
 
@@ -60,7 +62,8 @@ def cached_body(
 
     Its ``provenance["cache"]`` is ``{"key", "found"}``, or ``{"skipped": reason}`` if the content of an option cannot
     be digested. For a new body, its entry "model" is the same for the model from which it was made. The warnings that
-    were given when a body was made are repeated.
+    were given when a body was made are repeated. Long work that was ended is taken up again (see
+    `kanefe.storage.unfinished`).
 
     Parameters
     ----------
@@ -81,7 +84,7 @@ def cached_body(
     if found is not None:
         _warn_again(found.provenance)
         return replace(found, provenance={**found.provenance, "cache": {"key": key, "found": True}})
-    with _own_warnings() as heard:
+    with _own_warnings() as heard, resumable(cache_folder() / "unfinished" / key):
         body = make(mesh)
     if type(body) is not FlexibleBody:
         # its matrices are those of its model, which is in the cache

@@ -140,9 +140,10 @@ def entries() -> list[Entry]:
 
 
 def clear() -> tuple[int, int]:
-    """Delete all bodies, models and files of killed processes; return the number of files and of bytes."""
+    """Delete all bodies, models and what killed processes left; return the number of files and of bytes."""
     count = freed = 0
-    for path in [*bodies_folder().glob("*.npz"), *bodies_folder().glob(".*.npz.*")]:
+    left = (cache_folder() / "unfinished").glob("*/*")
+    for path in [*bodies_folder().glob("*.npz"), *bodies_folder().glob(".*.npz.*"), *left]:
         with contextlib.suppress(FileNotFoundError):
             size = path.stat().st_size
             path.unlink()

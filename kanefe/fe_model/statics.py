@@ -18,8 +18,10 @@ from kanefe.errors import ModelError, SingularStiffness
 from kanefe.fe_model.factorise import Factorisation, Factorise, NothingInside, factor_interior
 from kanefe.fe_model.model import ROTATIONS, FiniteElementModel
 from kanefe.fe_model.progress import stage
+from kanefe.fe_model.residuals import largest_residual
 from kanefe.fe_model.ties import InterfaceTies
 from kanefe.frames import Vector
+from kanefe.storage.unfinished import keep, kept
 
 
 class StaticProblem:
@@ -41,16 +43,23 @@ class StaticProblem:
         Tied coordinates of the interior and of the interface components.
     fixed, released : ndarray of int
         Those of the boundary that are fixed in G, and the others.
+    residuals : dict of str to float
+        The largest of the solutions that were checked, by their name: see `kanefe.fe_model.residuals`.
     """
 
     def __init__(self, model: FiniteElementModel, ties: InterfaceTies, rigid_count: int, factorise: Factorise) -> None:
         self.model, self.ties, self.rigid_count = model, ties, rigid_count
         self.factorise = factorise
+        self.residuals: dict[str, float] = {}
         self.stiffness, self.mass = ties.project(model.stiffness), ties.project(model.mass)
         self.interior = np.arange(ties.interior_count)
         self.boundary = np.arange(ties.interior_count, self.size)
         self.fixed = ties.fixed
         self.released = np.setdiff1d(self.boundary, self.fixed)
+
+    def note_residual(self, name: str, residual: float) -> None:
+        """Note the residual of solutions, the largest of all of a name."""
+        self.residuals[name] = max(residual, self.residuals.get(name, 0.0))
 
     @property
     def size(self) -> int:
@@ -113,13 +122,26 @@ class StaticProblem:
     @cached_property
     def constraint_modes(self) -> np.ndarray:
         """Static shapes of unit motion of each interface component, all others held, shape (tied, boundary)."""
+        return self._constraints[0]
+
+    @cached_property
+    def _constraints(self) -> tuple[np.ndarray, np.ndarray]:
+        """The constraint modes, and K times them."""
         modes = np.zeros((self.size, len(self.boundary)))
-        if len(self.boundary):
-            factors = self.factors
-            with stage("constraint modes"):
-                modes[self.interior] = factors.solve(-self.stiffness[self.interior][:, self.boundary].toarray())
+        if not len(self.boundary):
+            return modes, modes
+        factors = self.factors
+        with stage("constraint modes"):
+            loads = -self.stiffness[self.interior][:, self.boundary].toarray()
+            name = f"{len(self.boundary)} constraint modes of {len(self.interior)}"
+            found = kept(name)
+            modes[self.interior] = factors.solve(loads) if found is None else found["modes"]
+            keep(name, modes=modes[self.interior])
             modes[self.boundary] = np.eye(len(self.boundary))
-        return modes
+            forces = self.stiffness @ modes
+            reached = forces[self.interior] + loads
+            self.note_residual("constraint modes", largest_residual("constraint mode", reached, loads))
+        return modes, forces
 
     @property
     def rigid_modes(self) -> np.ndarray:
@@ -185,11 +207,19 @@ class StaticProblem:
         u = self._solve_held(f) if len(self.boundary) else self._solve_free(f)
         return np.asarray(u - R @ (R.T @ (self.mass @ u)))
 
+    def checked_solution(self, f: np.ndarray, what: str) -> np.ndarray:
+        """Return `solve` of load cases, with the residual noted; `what` names one of them in the plural with an s."""
+        u = self.solve(f)
+        moving = np.delete(np.arange(self.size), self.fixed)
+        reached, asked = (self.stiffness @ u)[moving], self.relieved(f)[moving]
+        self.note_residual(f"{what}s", largest_residual(what, reached, asked))
+        return u
+
     @cached_property
     def _schur_inverse(self) -> np.ndarray:
         """(Pseudo-)inverse of the stiffness of the released components, shape (released, released)."""
-        modes = self.constraint_modes[:, self.released - self.ties.interior_count]
-        S = modes.T @ (self.stiffness @ modes)
+        modes, forces = (part[:, self.released - self.ties.interior_count] for part in self._constraints)
+        S = modes.T @ forces
         if not len(S):
             return S
         scale = np.sqrt(np.abs(np.diag(S)))  # translations and rotations differ by squares of lengths

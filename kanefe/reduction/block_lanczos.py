@@ -8,6 +8,7 @@ long for the modes of a body of 100,000 degrees of freedom.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 
 import numpy as np
@@ -15,6 +16,8 @@ import scipy.linalg
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.progress import tell
+from kanefe.storage.unfinished import keep, kept
 
 BLOCK = 8
 """Number of right-hand sides of a solve: with more, each becomes cheaper, but more of them are needed."""
@@ -66,39 +69,97 @@ def lowest_modes(
     >>> lowest_modes(M, 3, lambda f: f / np.arange(1.0, 101.0)[:, None])[0].round(9).tolist()
     [1.0, 2.0, 3.0]
     """
-    size = M.shape[0]
-    width = min(BLOCK, count, size)
-    most = min(size, max(LARGEST_PART * count, count + 20 * width))
-    Q, MQ = (np.empty((size, most + width), order="F") for _ in range(2))
-    H = np.zeros((most + width, most + width))  # Q^T M A Q
-    # a fixed seed for the same modes in every run; a product with A removes motions without mass
-    left = solve(M @ np.random.default_rng(0).standard_normal((size, width)))
-    weighted = M @ left
-    done = 0
-    while done <= most:
-        block, weighted = _orthonormal(left, weighted, Q[:, :done], MQ[:, :done], M)
-        start, done = done, done + block.shape[1]
-        if done > most:
-            break
+    space = _Space(M, count)
+    space.begin(solve)
+    progress: list[tuple[float, float]] = []
+    while space.grow(solve):
+        inverses, vectors = space.largest(count)
+        keep(space.name, **space.arrays())
+        if space.done < count or inverses[-1] <= 0.0:
+            continue
+        errors = space.errors(vectors) / inverses
+        if errors.max() < TOLERANCE:
+            shapes = space.Q[:, : space.done] @ vectors + space.left @ (vectors[space.start :] / inverses)
+            return 1.0 / inverses, shapes / np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
+        progress.append((time.perf_counter(), float(np.log(errors.max() / TOLERANCE))))
+        tell(f"{np.count_nonzero(errors < TOLERANCE)} of {count} found{_time_left(progress)}", is_noted=False)
+    raise ModelError(
+        f"{count} normal modes were not found in {space.done} directions of the body. Remedy: ask for fewer modes, and "
+        "check that every part of the body has mass and is held"
+    )
+
+
+class _Space:
+    """A Krylov space of A: directions Q, M-orthonormal, and ``H = Q^T M A Q``.
+
+    `left` is what A makes of the last directions, from number `start` on, outside of the space, and `weighted` M times
+    it.
+    """
+
+    def __init__(self, M: sp.spmatrix, count: int) -> None:
+        size = M.shape[0]
+        self.M, self.width = M, min(BLOCK, count, size)
+        self.most = min(size, max(LARGEST_PART * count, count + 20 * self.width))
+        self.Q, self.MQ = (np.empty((size, self.most + self.width), order="F") for _ in range(2))
+        self.H = np.zeros((self.most + self.width,) * 2)
+        self.start = self.done = 0
+        self.name = f"{count} normal modes of {size}"
+
+    def begin(self, solve: Callable[[np.ndarray], np.ndarray]) -> None:
+        """Take up the space of a run that was ended, or start from a block of random numbers."""
+        found = kept(self.name)
+        if found is None:
+            # a fixed seed for the same modes in every run; a product with A removes motions without mass
+            seed = np.random.default_rng(0).standard_normal((self.M.shape[0], self.width))
+            self.left = solve(self.M @ seed)
+        else:
+            self.done = found["Q"].shape[1]
+            self.Q[:, : self.done], self.H[: self.done, : self.done] = found["Q"], found["H"]
+            self.MQ[:, : self.done] = self.M @ found["Q"]
+            self.left = found["left"]
+            tell(f"{self.done} directions of a run that was ended are taken up")
+        self.weighted = self.M @ self.left
+
+    def arrays(self) -> dict[str, np.ndarray]:
+        """Return what `begin` takes up."""
+        return {"Q": self.Q[:, : self.done], "H": self.H[: self.done, : self.done], "left": self.left}
+
+    def grow(self, solve: Callable[[np.ndarray], np.ndarray]) -> bool:
+        """Add a block of directions; return whether there was room."""
+        Q, MQ, H = self.Q, self.MQ, self.H
+        if self.done > self.most:
+            return False
+        block, weighted = _orthonormal(self.left, self.weighted, Q[:, : self.done], MQ[:, : self.done], self.M)
+        start, done = self.done, self.done + block.shape[1]
+        self.start, self.done = start, done
+        if done > self.most:
+            return False
         Q[:, start:done], MQ[:, start:done] = block, weighted
         left = solve(weighted)
         H[:done, start:done] = MQ[:, :done].T @ left
         H[start:done, :start] = H[:start, start:done].T
-        left = left - Q[:, :done] @ H[:done, start:done]
-        weighted = M @ left
-        inverses, vectors = scipy.linalg.eigh(0.5 * (H[:done, :done] + H[:done, :done].T))
-        inverses, vectors = inverses[::-1][:count], vectors[:, ::-1][:, :count]
-        if done < count or inverses[-1] <= 0.0:
-            continue
-        last = vectors[start:]
-        errors = np.sqrt(np.maximum(np.einsum("ij,ik,kj->j", last, left.T @ weighted, last), 0.0)) / inverses
-        if errors.max() < TOLERANCE:
-            shapes = Q[:, :done] @ vectors + left @ (last / inverses)
-            return 1.0 / inverses, shapes / np.sqrt(np.einsum("ij,ij->j", shapes, M @ shapes))
-    raise ModelError(
-        f"{count} normal modes were not found in {done} directions of the body. Remedy: ask for fewer modes, and check "
-        "that every part of the body has mass and is held"
-    )
+        self.left = left - Q[:, :done] @ H[:done, start:done]
+        self.weighted = self.M @ self.left
+        return True
+
+    def largest(self, count: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest eigenvalues of H, ``1 / w^2``, and their vectors, as many as there are up to a number."""
+        H = self.H[: self.done, : self.done]
+        inverses, vectors = scipy.linalg.eigh(0.5 * (H + H.T))
+        return inverses[::-1][:count], vectors[:, ::-1][:, :count]
+
+    def errors(self, vectors: np.ndarray) -> np.ndarray:
+        """Return the M-norms of the residuals of A in the shapes of vectors."""
+        last = vectors[self.start :]
+        return np.sqrt(np.maximum(np.einsum("ij,ik,kj->j", last, self.left.T @ self.weighted, last), 0.0))
+
+
+def _time_left(progress: list[tuple[float, float]]) -> str:
+    """Return the time left as text, as far as residuals fall as they fell, from times and logarithms of residuals."""
+    (first, high), (last, low) = progress[max(0, len(progress) - 4)], progress[-1]
+    if low >= high:
+        return ""
+    return f", about {low * (last - first) / (high - low):.2g} s left"
 
 
 def _orthonormal(

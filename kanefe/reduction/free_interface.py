@@ -72,7 +72,7 @@ class FreeInterface(Options):
         squares, modes = free_normal_modes(problem, count, self.up_to_frequency)
         forces = np.zeros((problem.size, len(problem.released) if self.attachment else 0))
         forces[problem.released[: forces.shape[1]], range(forces.shape[1])] = 1.0
-        attached = problem.solve(forces) if forces.shape[1] else forces
+        attached = problem.checked_solution(forces, "attachment mode") if forces.shape[1] else forces
         vectors, names = load_vectors(problem, self.loads)
         frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
         return Basis(

@@ -257,5 +257,5 @@ def load_vectors(problem: StaticProblem, loads: Sequence[Load]) -> tuple[np.ndar
     groups = load_groups(problem, loads)
     if not groups:
         return np.zeros((problem.size, 0)), {}
-    shapes = problem.solve(np.hstack([group.forces for group in groups]))
+    shapes = problem.checked_solution(np.hstack([group.forces for group in groups]), "load case")
     return shapes, {group.name: group.forces.shape[1] for group in groups}

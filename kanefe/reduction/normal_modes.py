@@ -11,6 +11,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError, outside
 from kanefe.fe_model.progress import stage
+from kanefe.fe_model.residuals import largest_residual
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.block_lanczos import lowest_modes
 
@@ -99,8 +100,11 @@ def _found_by(solve: Callable[[np.ndarray], np.ndarray]) -> Find:
 def _embedded(
     problem: StaticProblem, rows: np.ndarray, squares: np.ndarray, shapes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
+    """Return the modes in all tied coordinates, checked."""
     modes = np.zeros((problem.size, shapes.shape[1]))
     modes[rows] = shapes
+    reached, asked = (problem.stiffness @ modes)[rows], (problem.mass @ modes)[rows] * squares
+    problem.note_residual("normal modes", largest_residual("normal mode", reached, asked))
     return squares, modes
 
 

@@ -36,7 +36,8 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
     Returns
     -------
     dict
-        "method": the options; "columns" given and "kept" after dependent and rigid ones were left out; "effective_mass"
+        "method": the options; "residuals": the largest of static shapes and modes (see `kanefe.fe_model.residuals`);
+        "columns" given and "kept" after dependent and rigid ones were left out; "effective_mass"
         of the modes kept; "modes": normal modes examined; "load_vectors": names and numbers; "error_estimate" if it
         was requested (see `kanefe.reduction.error_estimate`); "left_out": neglected static response to inertia and load
         patterns (see `kanefe.reduction.left_out`); "contact_compliance" of its surfaces (see
@@ -44,6 +45,7 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
     """
     record = {
         "method": repr(reduction),
+        "residuals": dict(problem.residuals),
         "columns": chosen.columns.shape[1],
         "kept": modes.shape[1],
         "effective_mass": effective_masses(problem, modes),

@@ -13,8 +13,10 @@ import kanefe as kf
 from fem_meshes import STEEL, box, shown
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import splu_factorise
+from kanefe.fe_model.progress import stages
 from kanefe_fem import _petsc
 from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
+from kanefe_fem.machine import factor_plan
 from kanefe_fem.machine.memory import MemoryWarning, free_memory
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.solids.body import solid_body, solid_model
@@ -92,7 +94,7 @@ class TestFactorise:
         original = MumpsFactor._set_up
         monkeypatch.setattr(MumpsFactor, "_set_up", lambda self, **o: calls.append(o) or original(self, **o))
         factorise(held)
-        assert calls == [{}]
+        assert calls == [{"folder": None}]  # neither an analysis before nor a piece
 
 
 class TestIndefinite:
@@ -146,16 +148,41 @@ class TestIndefinite:
 
 
 class TestMemory:
-    def test_a_machine_that_is_too_small_is_told_before(self, held, monkeypatch):
+    @pytest.fixture
+    def small_machine(self, monkeypatch, tmp_path):
+        monkeypatch.setenv("KANEFE_CACHE_DIR", str(tmp_path))
         monkeypatch.setattr(_petsc, "free_memory", lambda: 20e6)
-        with pytest.warns(
-            MemoryWarning, match=r"factoring the stiffness of \d+ unknowns needs .* GB of memory, and 0.02 GB .* Remedy"
-        ) as w:
+        return tmp_path / "factors"
+
+    def test_factors_that_do_not_fit_go_to_the_disk_and_are_told_before(self, held, small_machine):
+        left = small_machine / "999999999-killed"  # no process has such a number
+        left.mkdir(parents=True)
+        pattern = (
+            r"factoring the stiffness of \d+ unknowns needs .* GB of memory, and 0.02 GB .* go to the disk .* Remedy"
+        )
+        with pytest.warns(MemoryWarning, match=pattern) as w, stages(1) as shown:
             factor = factorise(held)
         assert len(w) == 1
         # MUMPS's own estimate of what it takes: the factor of this body, of some 15 million numbers at most
         needed = float(str(w[0].message).partition("needs ")[2].split()[0])
         assert 0.02 < needed < 0.2
+        (told,) = shown.told
+        assert f"{held.shape[0]} unknowns" in told
+        assert "GB on the disk, at most about" in told
+        assert not left.exists()
+        (own,) = small_machine.iterdir()
+        assert sum(file.stat().st_size for file in own.iterdir()) > 1e6
+        rhs = np.ones((held.shape[0], 2))
+        np.testing.assert_allclose(factor.solve(rhs)[:, 0], factor.solve(rhs[:, 0]))
+        assert np.abs(held @ factor.solve(rhs) - rhs).max() < 1e-6
+        del factor
+        assert not own.exists()
+
+    def test_a_machine_that_is_too_small_is_told_before(self, held, small_machine, monkeypatch):
+        monkeypatch.setattr(factor_plan, "_free_disk", lambda: 1e5)
+        with pytest.warns(MemoryWarning, match=r"needs .* GB of memory, and 0.02 GB .* end the process. Remedy"):
+            factor = factorise(held)
+        assert not small_machine.exists()
         rhs = np.ones(held.shape[0])
         assert np.abs(held @ factor.solve(rhs) - rhs).max() < 1e-6
 
@@ -189,3 +216,16 @@ class TestMemory:
         assert free_memory() == 2000000 * 1024
         del texts["/proc/meminfo"]
         assert free_memory() is None
+
+    def test_a_body_keeps_what_was_told(self, monkeypatch):
+        monkeypatch.setattr(_petsc, "SMALL", 100)
+        monkeypatch.setattr(_petsc, "TOLD", 100)
+        mesh = box("tetra", (8, 2, 2), (1.0, 0.1, 0.1))
+        ends, reduction = {"root": "clamped", "tip": "rigid"}, kf.CraigBampton(modes=4)
+        body = solid_body(mesh, STEEL, ends, reduction=reduction, cache=False)
+        (told,) = body.provenance["solver"]
+        assert "unknowns: 0.00" in told
+        assert "GB of memory, at most about" in told
+        residuals = body.provenance["reduction"]["residuals"]
+        assert residuals["constraint modes"] < 1e-11  # round-off
+        assert 0.0 < residuals["normal modes"] < 1e-7  # the tolerance of the Lanczos method, in another norm

@@ -1,11 +1,10 @@
-"""The free memory, and a warning before a factorisation that needs more."""
+"""The free memory, and what meshes and factors take of it."""
 
 from __future__ import annotations
 
-import warnings
 from pathlib import Path
 
-from kanefe.errors import ModelError, outside
+from kanefe.errors import ModelError
 from kanefe.storage.files import LARGEST_SHARE, usable_memory
 
 SHARE = 0.9
@@ -52,15 +51,3 @@ def rough_size(unknowns: int) -> float:
     quadratic tetrahedra and 25 for a cube.
     """
     return 8.0 * 30.0 * float(unknowns) ** (4.0 / 3.0)
-
-
-def warn_of_memory(unknowns: int, needed: float, free: float) -> None:
-    """Warn if a factorisation needs more bytes than are free."""
-    if needed > SHARE * free:
-        warnings.warn(
-            f"factoring the stiffness of {unknowns} unknowns needs {1e-9 * needed:.3g} GB of memory, and "
-            f"{1e-9 * free:.3g} GB are free: the machine may become very slow, or end the process. Remedy: a coarser "
-            "mesh where stresses do not matter, order=1 there, a substructure for each part, or a larger machine",
-            MemoryWarning,
-            stacklevel=outside(),
-        )

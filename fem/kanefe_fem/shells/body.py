@@ -253,7 +253,7 @@ def shell_body(
             full = shell_model(read, **{name: value for name, value in of_model.items() if name != "cells"})
             body = flexible_body(full, **of_body, factorise=factorise)
         lines = [*body.provenance["told"], *told_of_waves(body.provenance)]
-        return replace(body, provenance={**body.provenance, "stages": done.seconds, "told": lines})
+        return replace(body, provenance={**body.provenance, "stages": done.seconds, "solver": done.told, "told": lines})
 
     return cached_body(mesh, {**of_model, **of_body, "kind": "shell", "order": 2}, make) if cache else make(mesh)
 

@@ -338,7 +338,7 @@ def solid_body(
         def make(mesh: Mesh | str | Path) -> FlexibleBody:
             with stages(STAGES, progress) as done:
                 body = _made_body(mesh, of_model, of_body, cache, team)
-            return replace(body, provenance={**body.provenance, "stages": done.seconds})
+            return replace(body, provenance={**body.provenance, "stages": done.seconds, "solver": done.told})
 
         return cached_body(mesh, {**of_model, **of_body}, make) if cache else make(mesh)
 
