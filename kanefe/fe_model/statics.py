@@ -132,14 +132,15 @@ class StaticProblem:
             return modes, modes
         factors = self.factors
         with stage("constraint modes"):
-            loads = -self.stiffness[self.interior][:, self.boundary].toarray()
-            name = f"{len(self.boundary)} constraint modes of {len(self.interior)}"
+            inner = self.ties.interior_count
+            loads = -self.stiffness[:inner, inner:].toarray()
+            name = f"{len(self.boundary)} constraint modes of {inner}"
             found = kept(name)
-            modes[self.interior] = factors.solve(loads) if found is None else found["modes"]
-            keep(name, modes=modes[self.interior])
+            modes[:inner] = factors.solve(loads) if found is None else found["modes"]
+            keep(name, modes=modes[:inner])
             modes[self.boundary] = np.eye(len(self.boundary))
             forces = self.stiffness @ modes
-            reached = forces[self.interior] + loads
+            reached = forces[:inner] + loads
             self.note_residual("constraint modes", largest_residual("constraint mode", reached, loads))
         return modes, forces
 
