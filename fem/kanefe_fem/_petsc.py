@@ -26,7 +26,7 @@ ROUGHLY = 0.5
 """Fraction of the free memory above which the size of a factor is not only estimated but computed by MUMPS."""
 
 TOLD = 200_000
-"""Number of unknowns from which time and memory are computed before in any case: a fiftieth of the time."""
+"""Number of unknowns from which time and memory are computed before in any case: a twentieth of the time."""
 
 PIECE = 20_000
 """Number of rows of the piece of a matrix that is factored to know how fast this machine is."""
