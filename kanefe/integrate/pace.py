@@ -22,6 +22,7 @@ from kanefe.integrate.run_checks.stiff_contacts import stiffest_contact
 from kanefe.integrate.status import RunStatus
 from kanefe.integrate.stepper import MOST_SPEEDS, StepFailure, Stepper, reports_worst
 from kanefe.kernels.compiler._numba import seconds_compiling
+from kanefe.tree.body_terms import is_unreduced
 
 if TYPE_CHECKING:
     from kanefe.integrate.sampling import Sampler
@@ -39,6 +40,9 @@ PATIENCE, LONGEST = 20.0, 600.0
 
 SOON, LONG = 2.0, 60.0
 """Elapsed time and predicted remaining time of that warning for a run that resolves each vibration of a contact, s."""
+
+WAIT = 10.0
+"""Predicted remaining time of a run with all degrees of freedom of a mesh for which a reduction is suggested, s."""
 
 MANY = 1e5
 """Number of remaining vibrations on a contact from which they dominate the time of a run: each takes several steps."""
@@ -151,6 +155,8 @@ class Pace:
         left = elapsed * (self._end - t) / max(t - self._from, 1e-300)
         if left > LONG:
             self._check_contacts(t, elapsed, left)
+        if left > WAIT and self._model.has_unreduced:
+            self._tell_of_unreduced(t, elapsed, left)
         if self._is_warned or elapsed < PATIENCE:
             return
         self._is_warned = True
@@ -186,6 +192,22 @@ class Pace:
             f"{self._stepper.name} solves full systems of {unknowns} unknowns, whose work grows with the cube of their "
             f"number: a step takes {of_one:.2g} s, and at t = {t:.6g} s the run takes {_duration(left)} more with "
             f"steps of {step:.2g} s. Remedy: method='auto', or {self._others()}, if that needs none",
+            SimulationWarning,
+            stacklevel=outside(),
+        )
+
+    def _tell_of_unreduced(self, t: float, elapsed: float, left: float) -> None:
+        """Warn of bodies without reduction, which are a choice only if it is known what they cost."""
+        self._is_warned = True
+        bodies = [body for body in self._model.bodies if body.flexible and is_unreduced(body.flexible.body)]
+        count = sum(body.flexible.body.free_count for body in bodies if body.flexible)
+        steps = max(self._stepper.step_count, 1)
+        warnings.warn(
+            f"at t = {t:.6g} s, after {elapsed:.0f} s, {', '.join(repr(body.name) for body in bodies)} "
+            f"{'moves' if len(bodies) == 1 else 'move'} with all {count} degrees of freedom of the mesh, at "
+            f"{1e3 * elapsed / steps:.2g} ms a step: the run takes {left:.0f} s more. Remedy: "
+            "reduction=kf.CraigBampton(modes=20) where the body is made, which takes some microseconds a step; "
+            "error_up_to=<Hz> there estimates what it leaves out",
             SimulationWarning,
             stacklevel=outside(),
         )

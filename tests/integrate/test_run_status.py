@@ -28,6 +28,7 @@ from kanefe.kernels.compiler.filling import filler
 from loop_scenes import four_bar
 from robustness.steps import stiff_spring
 from run_scenes import ADAPTIVE, double_pendulum
+from steel_beams import steel_beam
 
 
 def straight_line(rate: float = 1.0) -> kf.System:
@@ -222,6 +223,22 @@ def test_full_systems_are_told_after_the_first_steps(monkeypatch: pytest.MonkeyP
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         double_pendulum().simulate((0.0, 0.5), method="dop853")
+
+
+def test_a_long_run_without_reduction_says_what_would_be_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    body = kf.flexible_body(steel_beam(60), {"root": "clamped"})
+    assert "not reduced" in str(body)
+    scene = kf.System(gravity=(0.0, 0.0, -9.81))
+    scene.add_flexible_body("arm", body, joint=kf.Revolute("y"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene.simulate((0.0, 1e-3))
+    monkeypatch.setattr("kanefe.integrate.pace.SOON", 0.0)
+    monkeypatch.setattr("kanefe.integrate.pace.WAIT", 0.0)
+    words = r"'arm' moves with all 360 degrees of freedom .* ms a step: the run takes .* more\. Remedy: reduction="
+    with pytest.warns(kf.SimulationWarning, match=words) as told:
+        assert scene.simulate((0.0, 1e-3)).status.is_finished
+    assert len(told) == 1
 
 
 def test_time_of_compiling_is_no_pace(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -215,8 +215,7 @@ def shell_body(
         Interface for each named group of lines: "clamped", "rigid", "hinged", "average", "node", or a
         `kanefe.Interface`, which may also define the place.
     reduction : CraigBampton, optional
-        None keeps every degree of freedom, of a shell of 300 at most: rotations about its normals have no mass, which
-        larger bodies must have.
+        None keeps every degree of freedom: milliseconds a step, where a reduction takes microseconds.
     damping : optional
         None, RayleighDamping, ModalDamping or a matrix.
     stiffening : "none", "inertial" or "full"

@@ -299,7 +299,7 @@ def solid_body(
         Interface for each named group of facets: "clamped", "rigid", "hinged", "average", "node", or a
         `kanefe.Interface`, which may also define the place of the facets.
     reduction : CraigBampton, optional
-        None keeps every degree of freedom.
+        None keeps every degree of freedom: milliseconds a step, where a reduction takes microseconds.
     damping : optional
         RayleighDamping, ModalDamping or a matrix in the place of the damping that materials bring. None: that alone.
     stiffening : "none", "inertial" or "full"

@@ -1,4 +1,4 @@
-"""Shells that their loads stiffen or buckle, in scenes: rotating plates and blades, SH23."""
+"""Shells that their loads stiffen or buckle, in scenes: rotating plate and blade, critical loads, SH23 and SH24."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.checks.verification import Case, Check, Reference
+from kanefe.fe_model.interface import Interface
+from kanefe.fe_model.places import InBox, OnPlane
 from kanefe.joints import Motion, Revolute
 from kanefe.linear.equilibrium.equilibria import equilibrium
+from kanefe.linear.stability.buckling_modes import buckling
 from kanefe.reduction import CraigBampton
 from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
-from kanefe_fem.mesh.surface_grid import surface_mesh
+from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.mesh.surface_grid import joined_surfaces, surface_mesh
 from kanefe_fem.shells.body import shell_body
 
 SPIN = CraigBampton(modes=16, loads=("centrifugal",))
@@ -58,4 +62,78 @@ def fan_blade() -> FlexibleBody:
     return shell_body(surface_mesh(place, (28, 12)), steel, {"root": "clamped"}, 3e-3, SPIN, stiffening="inertial")
 
 
-CASES = (Case("SH23", spinning),)
+def buckling_in_scenes(reference: Reference) -> Iterator[Check]:
+    """SH24: critical loads of a plate, of strips and of a cylinder by `kanefe.buckling`."""
+    value = reference.values
+    yield Check.relative("b^2 N/(pi^2 D), plate", critical_loads_of_plate(), np.asarray(value["plate"]), 5e-3)
+    metal = Material(E=70e9, nu=0.0, rho=2700.0)
+    mesh = surface_mesh(lambda s, r: (s, 0.0 * s, 0.05 * (r - 0.5)), (24, 2))
+    held = {"root": "clamped", "tip": "average"}
+    strip = shell_body(mesh, metal, held, 5e-4, CraigBampton(modes=16), stiffening="full")
+    scene = System()
+    scene.add_force(scene.add_flexible_body("strip", strip).interface("tip"), (0.0, 0.0, -1.0))
+    yield Check.relative("P of a strip that tips [N]", buckling(scene).factors[0], value["tipping"], 2e-3)
+    mesh = surface_mesh(lambda s, r: (0.5 * s, 0.05 * (r - 0.5), 0.0 * s), (8, 2))
+    held = {"root": "clamped", "tip": "rigid"}
+    half = shell_body(mesh, metal, held, 2e-3, CraigBampton(modes=6), stiffening="full")
+    scene = System()
+    first = scene.add_flexible_body("first", half)
+    second = scene.add_flexible_body("second", half, parent=first.interface("tip"))
+    scene.add_force(second.interface("tip"), (-1.0, 0.0, 0.0))
+    euler = np.pi**2 * 70e9 * 0.05 * 2e-3**3 / 12.0 / 4.0
+    found = buckling(scene).factors[:3] / euler
+    yield Check.relative("P over Euler's, strip in two bodies", found, np.asarray(value["euler"]), 2e-3)
+    yield Check.relative("N R sqrt(3)/(E t^2), cylinder", critical_load_of_cylinder(), 1.0, 1e-2)
+
+
+def critical_loads_of_plate() -> np.ndarray:
+    """Return the lowest three critical loads of a thin square plate on simple supports, over pi^2 D / a^2."""
+    t = 1e-3
+
+    def sides(x: np.ndarray) -> np.ndarray:
+        return np.asarray((np.abs(x[:, :2] - 0.5) > 0.5 - 1e-9).any(axis=1))
+
+    held = {
+        "sides": Interface(("z", "rx", "ry"), released=("x", "y", "rx", "ry", "rz"), at=sides),
+        "middle": Interface(("x", "y", "rz"), kind="average", at=InBox((0.3, 0.3, -1.0), (0.7, 0.7, 1.0))),
+    }
+    mesh = surface_mesh(lambda s, r: (s, r, 0.0 * s), (16, 16))
+    statics = CraigBampton(modes=16, loads=("tip", "root"))
+    metal = Material(E=70e9, nu=0.3, rho=2700.0)
+    plate = shell_body(mesh, metal, held, t, statics, stiffening="full", surfaces=["tip", "root"])
+    scene = System()
+    body = scene.add_flexible_body("plate", plate)
+    scene.add_line_load(body, "tip", (-1.0, 0.0, 0.0))
+    scene.add_line_load(body, "root", (1.0, 0.0, 0.0))
+    return buckling(scene).factors[:3] / (np.pi**2 * 70e9 * t**3 / 12.0 / (1.0 - 0.3**2))
+
+
+def critical_load_of_cylinder() -> float:
+    """Return the critical load of a cylinder between rigid rings on which it turns, over the classical one."""
+    t = 0.01
+    length = 2.0 * np.pi * np.sqrt(t) / 12.0**0.25
+
+    def quarter(number: int) -> Mesh:
+        return surface_mesh(
+            lambda s, r: (np.cos((s + number) * np.pi / 2.0), np.sin((s + number) * np.pi / 2.0), length * r), (6, 6)
+        )
+
+    held = {
+        "low": Interface("all", released=("rx", "ry", "rz"), at=OnPlane((0, 0, 0), (0, 0, 1))),
+        "top": Interface(("x", "y", "rx", "ry", "rz"), released=("rx", "ry"), at=OnPlane((0, 0, length), (0, 0, 1))),
+    }
+    metal = Material(E=70e9, nu=0.0, rho=2700.0)
+    tube = shell_body(
+        joined_surfaces([quarter(number) for number in range(4)]),
+        metal,
+        held,
+        t,
+        CraigBampton(modes=60),
+        stiffening="full",
+    )
+    scene = System()
+    scene.add_force(scene.add_flexible_body("tube", tube).interface("top"), (0.0, 0.0, -2.0 * np.pi))
+    return float(buckling(scene, count=1).factors[0] / (70e9 * t**2 / np.sqrt(3.0)))
+
+
+CASES = (Case("SH23", spinning), Case("SH24", buckling_in_scenes))

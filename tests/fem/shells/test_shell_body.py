@@ -7,7 +7,7 @@ import pytest
 
 import kanefe as kf
 from kanefe.bodies.inner_rotations import inner_rotations
-from kanefe.errors import MeshError, ModelError
+from kanefe.errors import AccuracyWarning, MeshError, ModelError
 from kanefe.fe_model.model import Cells
 from kanefe.tree.bending import _reach
 from kanefe_fem import (
@@ -154,3 +154,26 @@ def test_a_pretwisted_blade_is_valid_as_far_as_a_flat_one():
     flat, twisted = reaches(0.0), reaches(0.2)
     assert min(twisted) > 0.9 * min(flat) > 0.09
     np.testing.assert_allclose(twisted[::2], twisted[1::2], rtol=1e-9)
+
+
+@pytest.mark.fenicsx
+def test_too_few_modes_for_buckling_are_told():
+    """A strip tips at 1.031 times the closed form, which has free warping; four modes bend in the wrong plane."""
+    mesh = surface_mesh(lambda s, r: (s, 0.0 * s, 0.05 * (r - 0.5)), (12, 1))
+    plain = Material(E=70e9, nu=0.0, rho=2700.0)
+
+    def found(modes: int) -> kf.Buckling:
+        held = {"root": "clamped", "tip": "average"}
+        strip = shell_body(mesh, plain, held, 2e-3, kf.CraigBampton(modes=modes), stiffening="full")
+        scene = kf.System()
+        scene.add_force(scene.add_flexible_body("strip", strip).interface("tip"), (0.0, 0.0, -1.0))
+        return kf.buckling(scene)
+
+    with pytest.warns(AccuracyWarning, match="upper half of the modes"):
+        few = found(4)
+    enough = found(16)
+    assert enough.change_by_modes < 0.01 < 0.2 < few.change_by_modes
+    assert "of the modes of bodies lowers the first by" in str(enough)
+    closed = 4.0126 * 70e9 * 0.05 * 2e-3**3 / np.sqrt(12.0 * 6.0)
+    assert enough.factors[0] == pytest.approx(1.031 * closed, rel=0.02)  # coarse cells
+    assert few.factors[0] > 1.2 * enough.factors[0]
