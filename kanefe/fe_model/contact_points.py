@@ -14,7 +14,14 @@ from kanefe.fe_model.skin import group_at
 
 
 def contact_points(
-    nodes: np.ndarray, cells: Sequence[Cells], groups: Sequence[NodeShares], place: str | PlaceLike, most: int, of: str
+    nodes: np.ndarray,
+    cells: Sequence[Cells],
+    groups: Sequence[NodeShares],
+    place: str | PlaceLike,
+    most: int,
+    of: str,
+    *,
+    is_shell: bool = False,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return nodes of a group, or of a place on the surface of a body, and their shares of its area, of sum 1.
 
@@ -34,6 +41,8 @@ def contact_points(
         Largest number of points.
     of : str
         Name of the owner of the points, for messages.
+    is_shell : bool
+        Whether cells of surfaces are shells, on which places find cells before edges.
 
     Raises
     ------
@@ -52,7 +61,7 @@ def contact_points(
             )
         group = named[place]
     else:
-        group = NodeShares.of("", group_at(nodes, cells, place, f"a patch of {of}"))
+        group = NodeShares.of("", group_at(nodes, cells, place, f"a patch of {of}", is_shell=is_shell))
     members, shares = group.nodes, group.shares
     if len(members) <= most:
         return members, shares

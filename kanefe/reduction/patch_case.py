@@ -74,13 +74,19 @@ class PatchCase:
     def forces(self, model: FiniteElementModel) -> np.ndarray:
         """Return the forces on the degrees of freedom of a model, shape (N, 3 points)."""
         groups = [NodeShares.of(name, group) for name, group in model.groups.items()]
-        nodes, _ = contact_points(model.nodes, model.cells, groups, self.place, self.most, "the model")
+        nodes, _ = contact_points(
+            model.nodes, model.cells, groups, self.place, self.most, "the model", is_shell=_is_shell(model)
+        )
         width = len(model.components)
         axes = [c for c, component in enumerate(model.components) if component in TRANSLATIONS]
         rows = (nodes[:, None] * width + np.array(axes)).ravel()
         forces = np.zeros((model.size, len(rows)))
         forces[rows, range(len(rows))] = 1.0
         return forces
+
+
+def _is_shell(model: FiniteElementModel) -> bool:
+    return model.elasticity is not None and model.elasticity.shell is not None
 
 
 def contact_compliance(problem: StaticProblem, modes: np.ndarray) -> list[dict[str, Any]]:

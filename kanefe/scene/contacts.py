@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
@@ -264,6 +265,10 @@ class ContactMethods(LoadMethods):
         frames = one.frames if isinstance(one, ContactPatch) else tuple(listed)
         if not frames or not all(isinstance(frame, Frame) for frame in frames):
             raise ModelError(f"{label} needs something that touches, a surface, a patch or frames, not {one!r}")
+        if isinstance(one, ContactPatch) and one.balls:
+            count = Counter(ball.point for ball in one.balls)
+            balls = [(ball.point, Probe(ball.centre, ball.radius, one.shares[ball.point])) for ball in one.balls]
+            return frames, other, tuple((i + 1, p._replace(share=p.share / count[i])) for i, p in balls), None, None
         shares = one.shares if isinstance(one, ContactPatch) else (1.0 / len(frames),) * len(frames)
         probes = tuple((i + 1, Probe(np.zeros(3), share=share)) for i, share in enumerate(shares))
         return frames, other, probes, None, None

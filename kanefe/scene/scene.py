@@ -20,6 +20,7 @@ from kanefe.loads.base import Load
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
     from kanefe.bodies.segmented import SegmentedBody
+    from kanefe.contact.shell_balls import ShellBall
     from kanefe.contact.surface import Surface
     from kanefe.fe_model.places import PlaceLike
     from kanefe.loads.controller import Controller
@@ -156,6 +157,8 @@ class FlexibleMember(Frame):
     def patch(self, place: str | PlaceLike, most: int = 16) -> ContactPatch:
         """Return points on the surface of the body for contacts: see `System.add_contact`.
 
+        Of a shell balls of half the thickness in its middle: they touch at either face, and friction has its moment.
+
         Parameters
         ----------
         place : str, Place or function of nodes (n, 3) -> bool (n,)
@@ -173,12 +176,17 @@ class FlexibleMember(Frame):
         --------
         ``scene.add_contact("foot", arm.patch(kf.OnPlane((0, 0, -1), (0, 0, 1))), floor, normal=kf.HuntCrossley(1e7))``
         """
+        from kanefe.contact.shell_balls import balls_in_thickness
         from kanefe.fe_model.contact_points import contact_points
 
         body = self.body
-        numbers_of, shares = contact_points(body.nodes, body.cells, body.groups, place, most, repr(self.name))
+        stack = None if body.elasticity is None else body.elasticity.shell
+        numbers_of, shares = contact_points(
+            body.nodes, body.cells, body.groups, place, most, repr(self.name), is_shell=stack is not None
+        )
         frames = tuple(self.node(int(number)) for number in numbers_of)
-        return ContactPatch(frames, tuple(shares.tolist()), self._left_out_at(place))
+        balls = () if stack is None else balls_in_thickness(stack, numbers_of)
+        return ContactPatch(frames, tuple(shares.tolist()), self._left_out_at(place), balls)
 
     def _left_out_at(self, place: str | PlaceLike) -> float:
         """Return the local compliance at a point of a surface that the modes neglect, m/N; 0 if it is not known."""
@@ -197,11 +205,14 @@ class ContactPatch(NamedTuple):
         Shares of the points in the stiffness of the contact, of sum 1.
     left_out : float
         Local compliance at a point that the body's modes neglect, m/N; 0 if it is not known.
+    balls : tuple of ShellBall
+        Of a shell: balls of half its thickness, which touch at both faces.
     """
 
     frames: tuple[Frame, ...]
     shares: tuple[float, ...]
     left_out: float = 0.0
+    balls: tuple[ShellBall, ...] = ()
 
 
 class Scene:

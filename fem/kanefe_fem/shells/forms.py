@@ -66,7 +66,7 @@ class Strains(NamedTuple):
     turn: Any
 
 
-class Layer(NamedTuple):
+class StrainsAtHeight(NamedTuple):
     """Strains at a height, in the axes a_1, a_2.
 
     Attributes
@@ -148,7 +148,7 @@ class Surface:
         twice = ufl.cross(theta, ufl.cross(phi, n)) + ufl.cross(phi, ufl.cross(theta, n))
         return 0.5 * twice
 
-    def at(self, height: Any, w: Any) -> Layer:
+    def at(self, height: Any, w: Any) -> StrainsAtHeight:
         """Return strains at a height in m, and the stretch of the area there.
 
         With the tangents ``g_i = a_i + z n,i``, since those of the interpolated director are not quite in the surface:
@@ -161,7 +161,7 @@ class Surface:
         shear = ufl.dot(slope.T, self.fields.director) + ufl.dot(g.T, b)
         return self._in_layer(g, ufl.sym(ufl.dot(g.T, slope)), shear)
 
-    def second_at(self, height: Any, w: Any, v: Any) -> Layer:
+    def second_at(self, height: Any, w: Any, v: Any) -> StrainsAtHeight:
         """Return twice the strains of second order of two motions at a height, in m, as `second` does."""
         ufl = self.ufl
         (u, b), (y, c) = self.parts(w), self.parts(v)
@@ -172,13 +172,13 @@ class Surface:
         shear = shear + height * ufl.dot(self.along(d).T, self.fields.director)
         return self._in_layer(g, E, shear)
 
-    def _in_layer(self, g: Any, strain: Any, shear: Any) -> Layer:
+    def _in_layer(self, g: Any, strain: Any, shear: Any) -> StrainsAtHeight:
         """Return strains along tangents g in the axes a_1, a_2."""
         ufl = self.ufl
         shifter = ufl.dot(self.tangents, g)
         back = ufl.inv(shifter)
         E = ufl.dot(ufl.dot(back.T, strain), back)
-        return Layer(voigt(ufl, E), ufl.dot(back.T, shear), ufl.det(shifter))
+        return StrainsAtHeight(voigt(ufl, E), ufl.dot(back.T, shear), ufl.det(shifter))
 
     def moments(self, w: Any, part: str) -> list[Any]:
         """Return the densities of the moments of strains along the edges of the reference cell.
@@ -266,7 +266,9 @@ def energy(surface: Surface, x: Strains, y: Strains, assumed: bool) -> dict[str,
     return {"full": full, "few": few, "fewest": (1.0 - fields.shear) * shear}
 
 
-def through_thickness(surface: Surface, flat: tuple[Strains, Strains], curved: tuple[Layer, Layer], layer: Any) -> Any:
+def through_thickness(
+    surface: Surface, flat: tuple[Strains, Strains], curved: tuple[StrainsAtHeight, StrainsAtHeight], layer: Any
+) -> Any:
     """Return what a point of the thickness adds to the work of `energy` where the surface is curved.
 
     At the height z a length along the surface is ``I + z n,i`` times as long: strains are smaller or larger there, and
