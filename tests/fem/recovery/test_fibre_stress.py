@@ -72,6 +72,7 @@ def test_a_push_upwards_presses_the_upper_fibres():
     scene.add_force(arm.interface("tip"), (0, 0, 10.0))
     fields = recover(kf.equilibrium(scene), "arm")
     xx = fields.stress_of(fields.eta)[0].reshape(2, 2, FIBRES, 6)[0, 0, :, 0]
+    np.testing.assert_allclose(fields.fibre_stress()[0, 0, 0], xx, atol=1e-9 * np.abs(xx).max())
     z = model.elasticity.fibres[0, :, 1]
     assert (xx[z > 0.009] < 0.0).all()
     assert (xx[z < -0.009] > 0.0).all()
