@@ -94,6 +94,10 @@ def read_mesh(
     joined : bool
         Of STEP and BREP: whether parts that touch are one body, whose cells share the nodes there. Without it a mesh is
         of one part, which `cells` names.
+    midsurface : bool
+        Of STEP and BREP: whether to mesh the middle surface of a thin part, for `kanefe_fem.shell_body`, with
+        `Mesh.thickness`: of pairs of parallel planes and of cylinders on one axis, each of one distance. Faces of the
+        sheet in `faces` make a group of cells, faces of its rim a group of lines. Default order: 2.
     most_seconds : float
         Of STEP and BREP: time after which the mesher is stopped. Ctrl-C stops it too.
 

@@ -77,6 +77,15 @@ def estimate(volumes: Sequence[float], areas: Sequence[float], sizes: Sequence[f
     return from_triangles(volumes, triangles, [SIDE * size for size in sizes], order)
 
 
+def of_surface(area: float, size: float, order: int) -> Estimate:
+    """Return what a mesh of a surface takes, of an area in m^2 and a size in m; rows of six components a node."""
+    cells = TRIANGLES * area / size**2
+    nodes = cells / 2.0 if order == 1 else 2.0 * cells  # Euler's formula: half as many corners as triangles, 3/2 sides
+    return Estimate(
+        int(nodes), int(cells), BYTES[order] * cells, SECONDS_OF_TRIANGLE * cells, rough_size(int(6 * nodes))
+    )
+
+
 def from_triangles(
     volumes: Sequence[float], triangles: Sequence[float], sides: Sequence[float], order: int
 ) -> Estimate:

@@ -14,9 +14,10 @@ import numpy as np
 from kanefe.errors import MeshError, ModelError, UnitWarning, did_you_mean, outside
 from kanefe.fe_model.places import SLACK, Place, PlaceLike, contained
 from kanefe_fem.cad._ocp import EXTRA
-from kanefe_fem.cad.estimate import estimate, refuse_if_too_large
+from kanefe_fem.cad.estimate import Estimate, estimate, of_surface, refuse_if_too_large
 from kanefe_fem.cad.import_shapes import scale_of
 from kanefe_fem.cad.mesher import DELAUNAY, Job, Unmeshable, volumes_of
+from kanefe_fem.cad.middle import middle_volume
 from kanefe_fem.cad.shapes import Face, Shapes, Solid, by_name, name_of_colour
 from kanefe_fem.cad.step_text import UNITS
 from kanefe_fem.machine.own_process import OwnProcess, ProcessEnded
@@ -48,6 +49,7 @@ class GeometryKeywords(TypedDict, total=False):
     unit: str | None
     faces: Mapping[str, PlaceLike]
     joined: bool
+    midsurface: bool
     most_seconds: float | None
 
 
@@ -115,6 +117,11 @@ def mesh_of_geometry(path: Path, order: int | None, cells: str | Sequence[str] |
                 f"{', ...' if len(solids) > MOST_NAMES else ''}, which share no faces. Remedy: cells= one part for "
                 "each body; joined=True, if parts that touch are one body"
             )
+        if given.get("midsurface") and len(solids) > 1:
+            raise MeshError(
+                f"{path.name}: a middle surface is of one part, and these are {len(solids)}. Remedy: cells= one part, "
+                "without joined="
+            )
         return mesh_in(process, shapes, solids, path, order, given)
 
 
@@ -128,7 +135,8 @@ def mesh_in(
     more: Mapping[str, tuple[int, ...]] | None = None,
 ) -> Mesh:
     """Mesh some solids of a file that a process has open, with more groups of faces by their numbers."""
-    order = 1 if order is None else order
+    is_middle = given.get("midsurface", False)
+    order = order or (2 if is_middle else 1)
     faces = faces_in_places(solids, given.get("faces") or {}, path.name)
     if both := [name for name in faces if name in (more or {})]:
         raise ModelError(
@@ -136,20 +144,21 @@ def mesh_in(
         )
     faces |= _by_name(solids, {*faces, *(more or {})})
     sizes, face_sizes = _sizes(shapes, solids, faces, path.name, order, given)
-    found = estimate([s.volume for s in solids], [s.area for s in solids], [sizes[s.tag] for s in solids], order)
+    found = _estimate(solids, [sizes[s.tag] for s in solids], order, is_middle)
     refuse_if_too_large(found, list(sizes.values()), path.name)
-    groups = {name: tuple(face.tag for face in each) for name, each in (faces | _by_colour(solids, faces)).items()}
+    by_colour = {} if is_middle else _by_colour(solids, faces)
+    groups = {name: tuple(face.tag for face in each) for name, each in (faces | by_colour).items()}
     groups |= more or {}
     tags = tuple(solid.tag for solid in solids)
-    job = Job(tags, sizes, face_sizes, groups, given.get("per_turn") or 0, order)
+    job = Job(tags, sizes, face_sizes, groups, given.get("per_turn") or 0, order, is_middle=is_middle)
     try:
         mesh = Mesh(**process.ask("mesh", job))
     except (ProcessEnded, Unmeshable):  # where triangles cross, the faster method ends the program
         process.restart()
         process.ask("read", path.resolve(), shapes.scale, shapes.unit, given.get("joined", False))
         mesh = Mesh(**process.ask("mesh", replace(job, method=DELAUNAY)))
-    _tell_lost_volume(mesh, solids, path.name)
-    told = {
+    told = _compared(mesh, solids, path.name)
+    told |= {
         "unit": shapes.unit,
         "size": f"{min(sizes.values()):g} m",
         "estimate": f"{'at least ' if job.per_turn else ''}{found}",
@@ -257,8 +266,9 @@ def _sizes(
     if per_turn is not None and per_turn < 3:
         raise ModelError(f"per_turn={per_turn!r} must be a whole number of at least 3")
     if size is None and per_turn is None:
-        proposal = _proposal(solids)
-        found = estimate([s.volume for s in solids], [s.area for s in solids], [proposal] * len(solids), order)
+        is_middle = given.get("midsurface", False)
+        proposal = _proposal(solids, is_middle)
+        found = _estimate(solids, [proposal] * len(solids), order, is_middle)
         extent = " x ".join(f"{one:.3g}" for one in shapes.extent)
         raise ModelError(
             f"{file} is a geometry of {extent} m with {len(shapes.solids)} solids, and needs a size of the cells. "
@@ -289,21 +299,50 @@ def _sizes(
     return {s.tag: of_solids.get(s.tag, float(own.get(REST, 0.0))) for s in solids}, of_faces
 
 
-def _proposal(solids: Sequence[Solid]) -> float:
-    """Return a size that gives the thinnest solid about one cell of second order through its thickness."""
+def _estimate(solids: Sequence[Solid], sizes: Sequence[float], order: int, is_middle: bool) -> Estimate:
+    """Return what a mesh takes of solids, or of their middle surfaces, which have half of all faces."""
+    if is_middle:
+        return of_surface(0.5 * solids[0].area, sizes[0], order)
+    return estimate([s.volume for s in solids], [s.area for s in solids], sizes, order)
+
+
+def _proposal(solids: Sequence[Solid], is_middle: bool) -> float:
+    """Return a size that gives the thinnest solid about one cell of second order through its thickness.
+
+    A middle surface gets about four hundred triangles.
+    """
+    if is_middle:
+        return float(f"{np.sqrt(0.5 * solids[0].area) / 13.0:.1g}")
     return float(f"{min(2.0 * solid.volume / solid.area for solid in solids):.1g}")
 
 
-def _tell_lost_volume(mesh: Mesh, solids: Sequence[Solid], file: str) -> None:
-    """Warn where a mesh has another volume than its geometry: straight sides cut corners, and thin parts are lost."""
+def _compared(mesh: Mesh, solids: Sequence[Solid], file: str) -> dict[str, str]:
+    """Return what a mesh has of volume against its geometry, of a middle surface; warn where that is another one.
+
+    Straight sides cut corners, thin parts are lost, and edges of sheets are not square.
+    """
+    if mesh.thickness:
+        solid, remedy = solids[0], "none, if its edges are chamfered; else order=2, or solid_body"
+        difference = middle_volume(mesh) / solid.volume - 1.0
+        if abs(difference) > AS_GEOMETRY:
+            _tell_volume(f"the middle surface of {solid.name!r} times its thickness", difference, file, remedy)
+        return {"middle surface": f"area times thickness {100.0 * difference:+.2g} % of the volume of the solid"}
     volumes = volumes_of(mesh)
     for solid in solids:
         difference = volumes.get(solid.name, 0.0) / solid.volume - 1.0
         if abs(difference) > AS_GEOMETRY:
-            warnings.warn(
-                f"{file}: the mesh of {solid.name!r} has {100.0 * difference:+.2g} % of volume, and so of mass, "
-                "against its geometry. Remedy: order=2, whose cells follow curved faces, or a smaller size; if it "
-                "stays, OpenCASCADE's integral over trimmed splines is off, and the mesh is right",
-                MeshWarning,
-                stacklevel=outside(),
+            remedy = (
+                "order=2, whose cells follow curved faces, or a smaller size; if it stays, OpenCASCADE's integral over "
+                "trimmed splines is off, and the mesh is right"
             )
+            _tell_volume(f"the mesh of {solid.name!r}", difference, file, remedy)
+    return {}
+
+
+def _tell_volume(what: str, difference: float, file: str, remedy: str) -> None:
+    warnings.warn(
+        f"{file}: {what} has {100.0 * difference:+.2g} % of volume, and so of mass, against its geometry. "
+        f"Remedy: {remedy}",
+        MeshWarning,
+        stacklevel=outside(),
+    )

@@ -54,6 +54,8 @@ class Job:
     order : {1, 2}
     method : int
         Of gmsh for volumes; with the slower one faces are meshed by one that does not let triangles cross.
+    is_middle : bool
+        Whether the middle surface is meshed, of one solid.
     """
 
     tags: tuple[int, ...]
@@ -63,6 +65,7 @@ class Job:
     per_turn: int = 0
     order: int = 1
     method: int = HXT
+    is_middle: bool = False
 
 
 def mesh_solids(gmsh: Any, shapes: Shapes, path: Path, job: Job, told: Callable[[str], None]) -> Mesh:
@@ -79,14 +82,14 @@ def mesh_solids(gmsh: Any, shapes: Shapes, path: Path, job: Job, told: Callable[
         gmsh.model.occ.remove(left_out, recursive=True)
         gmsh.model.occ.synchronize()
     _set_groups(gmsh, solids, job)
-    _set_sizes(gmsh, solids, job, shapes.scale)
+    set_sizes(gmsh, solids, job, shapes.scale)
     gmsh.option.setNumber("Mesh.Algorithm3D", job.method)
     if job.method != HXT:
         gmsh.option.setNumber("Mesh.Algorithm", MESH_ADAPT)
-    _generate(gmsh, 1, "edges", shapes, path, told)
-    _generate(gmsh, 2, "faces", shapes, path, told)
+    generate_stage(gmsh, 1, "edges", shapes, path, told)
+    generate_stage(gmsh, 2, "faces", shapes, path, told)
     _refuse_by_surfaces(gmsh, solids, job, path)
-    _generate(gmsh, 3, "solids", shapes, path, told)
+    generate_stage(gmsh, 3, "solids", shapes, path, told)
     for solid in solids:  # newer versions of the faster method give up without an error
         if not any(len(ids) for ids in gmsh.model.mesh.getElements(3, solid.tag)[1]):
             raise Unmeshable(
@@ -111,7 +114,7 @@ def _set_groups(gmsh: Any, solids: list[Solid], job: Job) -> None:
         gmsh.model.setPhysicalName(2, gmsh.model.addPhysicalGroup(2, list(tags)), name)
 
 
-def _set_sizes(gmsh: Any, solids: list[Solid], job: Job, scale: float) -> None:
+def set_sizes(gmsh: Any, solids: list[Solid], job: Job, scale: float) -> None:
     """Set the largest size, and fields that make it smaller in solids, on faces and on their edges."""
     largest = max(job.sizes[solid.tag] for solid in solids)
     gmsh.option.setNumber("Mesh.CharacteristicLengthMax", largest / scale)
@@ -146,7 +149,9 @@ def _restricted(gmsh: Any, size: float, solids: list[int], faces: list[int], edg
     return int(restricted)
 
 
-def _generate(gmsh: Any, dimension: int, what: str, shapes: Shapes, path: Path, told: Callable[[str], None]) -> None:
+def generate_stage(
+    gmsh: Any, dimension: int, what: str, shapes: Shapes, path: Path, told: Callable[[str], None]
+) -> None:
     """Mesh all entities of a dimension."""
     told(f"meshing {what}")
     gmsh.logger.stop()

@@ -11,6 +11,7 @@ from typing import Any
 from kanefe_fem import _gmsh
 from kanefe_fem.cad.import_shapes import import_shapes, join_touching, survey
 from kanefe_fem.cad.mesher import Job, mesh_solids
+from kanefe_fem.cad.middle import mesh_middle
 from kanefe_fem.cad.relations import Surface, common_volume, surfaces_of
 from kanefe_fem.cad.shapes import Shapes
 from kanefe_fem.mesh.mesh import Mesh
@@ -49,10 +50,11 @@ def read(state: State, path: Path, scale: float, unit: str, joined: bool, told: 
 
 
 def mesh(state: State, job: Job, told: Told) -> dict[str, Any]:
-    """Mesh solids of the file that was read, and return the fields of the mesh; the others are removed."""
+    """Mesh solids of the file that was read, or the middle surface of one; return the fields of the mesh."""
     if state.shapes is None:
         raise RuntimeError("no file was read before it is meshed")
-    found = mesh_solids(state.gmsh, state.shapes, state.path, job, told)
+    make = mesh_middle if job.is_middle else mesh_solids
+    found = make(state.gmsh, state.shapes, state.path, job, told)
     # mappings that cannot be written to do not go through pipes
     plain = {one.name: getattr(found, one.name) for one in fields(Mesh)}
     return {name: dict(value) if hasattr(value, "items") else value for name, value in plain.items()}

@@ -52,6 +52,8 @@ class Mesh:
     sagitta : float
         Largest distance of the straight sides from the curved geometry that was meshed, in m. Zero if the geometry is
         straight, if mid-side nodes follow it, or if it is unknown because the file has a mesh only.
+    thickness : dict of str to float
+        Of a middle surface by group of cells, m, where its source tells it; `kanefe_fem.shell_body` takes it.
 
     Notes
     -----
@@ -75,6 +77,7 @@ class Mesh:
     source: str = "arrays"
     provenance: Mapping[str, str] = field(default_factory=dict)
     sagitta: float = 0.0
+    thickness: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         nodes = np.array(self.nodes, dtype=float, ndmin=2)
@@ -86,6 +89,7 @@ class Mesh:
         freeze(self, "nodes", _frozen(nodes))
         for name in ("cells", "facets", "lines"):
             freeze(self, name, MappingProxyType({k: tuple(v) for k, v in getattr(self, name).items()}))
+        freeze(self, "thickness", MappingProxyType(dict(self.thickness)))
         freeze(self, "points", MappingProxyType({k: _frozen(np.asarray(v)) for k, v in self.points.items()}))
 
     @property
@@ -178,7 +182,9 @@ class Mesh:
         points = {name: len(ids) for name, ids in self.points.items()}
         lines = {} if self.dimension == 2 else self.lines  # they are its facets
         groups = {"cells": self.cells, "facets": self.facets, "lines": lines}
-        return summary(self.source, np.asarray(self.nodes), groups, points)
+        thickness = ", ".join(f"{name} {1e3 * t:.4g} mm" for name, t in self.thickness.items())
+        told = f"\n  thickness {thickness}" if thickness else ""
+        return summary(self.source, np.asarray(self.nodes), groups, points) + told
 
 
 def to_order(mesh: Mesh, order: int) -> Mesh:
@@ -342,5 +348,6 @@ def part_of(mesh: Mesh, cells: str | Sequence[str] | None) -> Mesh:
         facets=inside(mesh.facets),
         lines=inside(mesh.lines),
         points=points,
+        thickness={name: t for name, t in mesh.thickness.items() if name in kept},
         source=mesh.source if len(kept) == len(mesh.cells) else f"{mesh.source} ({', '.join(kept)})",
     )

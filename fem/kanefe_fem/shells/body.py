@@ -94,7 +94,7 @@ def shell_model(
         shell. Without, it is that of x.
     thickness : float, function or dict of str to these
         In m, of all cells or by group; a function of points (n, 3) in m returns that at the nodes. Default: that of
-        the laminate.
+        the mesh (a middle surface of a STEP file), or of the laminate.
     offset : float or dict of str to float
         Height of the middle of the thickness above the mesh, along its normal, as a fraction of the thickness: 0.5 if
         the mesh is the bottom of the sheet, -0.5 if it is the top.
@@ -137,6 +137,8 @@ def shell_model(
     beams = checked_stiffeners(beams)
     mesh, of_solids = _parts(mesh, materials, cells)
     solids = set() if of_solids is None else set(of_solids.cells)
+    if mesh.thickness and not isinstance(materials, Mapping):  # one part, whose groups differ in their thickness
+        materials = dict.fromkeys(mesh.cells, materials)
     own = {k: v for k, v in materials.items() if k not in solids} if isinstance(materials, Mapping) else materials
     by_group = materials_by_group(mesh, own, 2, "stress")
     loaded = checked_surfaces(mesh, surfaces)

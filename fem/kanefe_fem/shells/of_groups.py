@@ -56,6 +56,8 @@ def shell_groups(
     for what, given in (("a thickness", thickness), ("an offset", offset)):
         for name in given if isinstance(given, Mapping) else ():
             refuse_unknown(mesh, name, what)
+    if thickness is None or isinstance(thickness, Mapping):
+        thickness = {**mesh.thickness, **(thickness or {})}
     size = extent(mesh)
     return {
         name: ShellGroup(name, material, thickness, offset, shear_factor, size) for name, material in materials.items()
@@ -145,7 +147,8 @@ def _thickness_of(name: str, material: Any, given: Any, size: float) -> Any:
         raise _no_shell(name, value, size)
     if own is not None and not math.isclose(float(value), own, rel_tol=1e-6):
         raise ModelError(
-            f"thickness of group {name!r} is {float(value):g} m, but its plies make {own:g} m. Remedy: leave it out"
+            f"thickness of group {name!r} is {float(value):g} m, but its plies make {own:g} m. Remedy: leave it out "
+            "(of a middle surface: dataclasses.replace(mesh, thickness={}))"
         )
     return float(value)
 
