@@ -43,7 +43,7 @@ class MeshWarning(UserWarning):
 
 
 def check_mesh(mesh: Mesh) -> Mesh:
-    """Return the mesh ready for assembly, with all cells oriented positively.
+    """Return the mesh ready for assembly, with all cells of volumes oriented positively; surfaces keep their sides.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def check_mesh(mesh: Mesh) -> Mesh:
     if mesh.dimension == 1:
         return mesh
     check_groups(mesh)
-    mesh = oriented(mesh)
+    mesh = oriented(mesh, keeps_sides=mesh.dimension == 2)
     if len(mesh.kinds) > 1:
         check_fit(mesh)
     check_connected(mesh)
@@ -154,8 +154,8 @@ def is_plane(mesh: Mesh) -> bool:
     return bool(np.ptp(z) <= 1e-9 * max(extent(mesh), np.abs(z).max()))
 
 
-def check_plane(mesh: Mesh) -> None:
-    """Raise a MeshError if a 2D body does not lie in a plane of constant z."""
+def in_plane(mesh: Mesh) -> Mesh:
+    """Return a 2D body with its cells oriented to z; raise a MeshError if it is not in a plane of constant z."""
     if not is_plane(mesh):
         z = mesh.nodes[mesh.body_nodes, 2]
         raise MeshError(
@@ -165,6 +165,7 @@ def check_plane(mesh: Mesh) -> None:
             "not close has no volume: heal or sew it (Geometry.OCCSewFaces = 1, gmsh.model.occ.healShapes); for a "
             "plane body, draw it in x and y"
         )
+    return oriented(mesh)
 
 
 def check_fit(mesh: Mesh) -> None:
@@ -186,8 +187,14 @@ def check_fit(mesh: Mesh) -> None:
         )
 
 
-def oriented(mesh: Mesh) -> Mesh:
+def oriented(mesh: Mesh, *, keeps_sides: bool = False) -> Mesh:
     """Return the mesh with positive Jacobians: the nodes of inverted cells are reordered.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    keeps_sides : bool
+        Whether cells of a plane surface stay as they are, whose normals are along -z: offsets and pressures go by them.
 
     Raises
     ------
@@ -212,7 +219,7 @@ def oriented(mesh: Mesh) -> Mesh:
                     "(smaller size, Mesh.HighOrderOptimize = 2 for curved ones), or with order 1"
                 )
             nodes = block.nodes
-            if inverted.any():
+            if inverted.any() and not keeps_sides:
                 nodes = nodes.copy()
                 nodes[inverted] = nodes[inverted][:, shape(block.kind).reversal()]
             start += len(nodes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Sized
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
@@ -20,12 +20,13 @@ from kanefe.fe_model.shell_stack import ShellStack
 from kanefe.fe_model.skin import skin
 from kanefe_fem import _fenicsx
 from kanefe_fem.lumped.parts import Lumped, attach
+from kanefe_fem.materials.laminate import Laminate
 from kanefe_fem.materials.of_groups import Materials, materials_by_group
 from kanefe_fem.mesh.checks import check_arrays, check_groups, oriented
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
 from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh_files import read_to_assemble
-from kanefe_fem.shells.checks import check_surface
+from kanefe_fem.shells.checks import check_surface, tell_of_turned
 from kanefe_fem.shells.directors import Directors, directors
 from kanefe_fem.shells.faces import Surfaces, checked_surfaces, shell_patterns
 from kanefe_fem.shells.joined import with_solid, with_stiffeners
@@ -144,6 +145,7 @@ def shell_model(
     loaded = checked_surfaces(mesh, surfaces)
     groups = shell_groups(mesh, by_group, thickness, offset, shear_factor)
     mesh, turned = _ready(check_surface(mesh, is_whole=of_solids is None))
+    tell_of_turned(mesh.source, turned, _with_sides(list(groups.values()), loaded, beams))
     nodes = np.asarray(mesh.nodes)
     found = directors(nodes, mesh.cell_blocks, fold)
     blocks = _blocks(mesh, groups, found)
@@ -292,7 +294,20 @@ def _parts(
     )
     check_arrays(surfaces)
     check_groups(surfaces)
-    return oriented(surfaces), replace(mesh, facets={k: v for k, v in mesh.facets.items() if k not in named})
+    return oriented(surfaces, keeps_sides=True), replace(
+        mesh, facets={k: v for k, v in mesh.facets.items() if k not in named}
+    )
+
+
+def _with_sides(groups: Sequence[ShellGroup], loaded: Sized, beams: Sized) -> list[str]:
+    """Return what of a shell goes by its normals."""
+    found = {
+        "offset=": any(group.offset for group in groups),
+        "plies": any(isinstance(group.plain, Laminate) for group in groups),
+        "surfaces=": bool(loaded),
+        "beams=": bool(beams),
+    }
+    return [what for what, is_there in found.items() if is_there]
 
 
 def _ready(mesh: Mesh) -> tuple[Mesh, int]:

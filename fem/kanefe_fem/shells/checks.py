@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -52,6 +52,16 @@ def check_surface(mesh: Mesh, *, is_whole: bool) -> Mesh:
     facets = {name: tuple(_once(mesh, name, blocks)) for name, blocks in mesh.facets.items()}
     lines = {name: facets.get(name, blocks) for name, blocks in mesh.lines.items()}
     return replace(mesh, facets=facets, lines=lines)
+
+
+def tell_of_turned(source: str, turned: int, what: Sequence[str]) -> None:
+    """Warn of cells that were turned to the side of most others, where something goes by the normals."""
+    if turned and what:
+        _tell(
+            f"{source}: {turned} cells have their normal on the other side of their neighbours', and are turned as "
+            f"most are. {', '.join(what)} {'goes' if len(what) == 1 else 'go'} by the normals of most. Remedy: turn "
+            "them in the mesh, if that is the wrong side"
+        )
 
 
 def _blocks(mesh: Mesh) -> Iterator[tuple[str, Cells]]:

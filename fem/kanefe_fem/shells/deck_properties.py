@@ -28,11 +28,9 @@ from kanefe_fem.materials.laminate import Laminate, Ply
 from kanefe_fem.materials.oriented import Oriented, SolidMaterial
 from kanefe_fem.materials.orthotropic import Orthotropic
 from kanefe_fem.mesh.abaqus_deck import read_abaqus_mesh
-from kanefe_fem.mesh.checks import is_plane
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
 from kanefe_fem.mesh_files import NASTRAN
-from kanefe_fem.shells.directors import corner_normals
 from kanefe_fem.shells.orientation import consistent
 
 OFFSETS = {"SPOS": 0.5, "SNEG": -0.5}
@@ -111,11 +109,6 @@ def _check_sides(mesh: Mesh, path: Path) -> None:
         raise FileError(
             f"{path}: the normals of {turned} shells are on the other side of their neighbours', and offsets or plies "
             "go by them. Remedy: turn them in the deck"
-        )
-    if is_plane(mesh) and any((corner_normals(mesh.nodes, block)[..., 2] < 0.0).any() for block in blocks):
-        raise FileError(
-            f"{path}: the normals of shells in the plane of x and y are along -z, and meshes in that plane are turned "
-            "to z, so that offsets and plies would be upside down. Remedy: turn the elements and the signs of offsets"
         )
 
 

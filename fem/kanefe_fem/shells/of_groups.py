@@ -75,7 +75,8 @@ class ShellGroup:
         self.plain = material.plain if isinstance(material, Oriented) else material
         self.size = size
         self.thickness = _thickness_of(name, self.plain, thickness, size)
-        self.section: ShellSection = section(self.plain, _offset_of(name, offset), shear_factor)
+        self.offset = _offset_of(name, offset)
+        self.section: ShellSection = section(self.plain, self.offset, shear_factor)
 
     @property
     def is_isotropic(self) -> bool:

@@ -32,8 +32,8 @@ from kanefe_fem.materials.of_groups import (
 from kanefe_fem.mesh.checks import (
     MeshWarning,
     check_groups,
-    check_plane,
     extent,
+    in_plane,
     is_straight,
 )
 from kanefe_fem.mesh.groups import check_interfaces, has_groups, node_groups
@@ -442,7 +442,7 @@ def _as_mesh(mesh: Mesh | str | Path, order: int, cells: str | Sequence[str] | N
         )
     check_groups(mesh)
     if mesh.dimension == 2:
-        check_plane(mesh)
+        mesh = in_plane(mesh)
     return mesh
 
 

@@ -28,7 +28,7 @@ from kanefe.fe_model.model import FiniteElementModel
 from kanefe.frames import shaped_numbers
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.voigt import check_density
-from kanefe_fem.mesh.checks import check_plane, is_straight
+from kanefe_fem.mesh.checks import in_plane, is_straight
 from kanefe_fem.mesh.mesh import Mesh, to_order
 from kanefe_fem.mesh.surfaces import check_surfaces
 from kanefe_fem.mesh_files import read_to_assemble
@@ -139,7 +139,7 @@ def added_mass_of_flow(flow: PotentialFlow, model: FiniteElementModel, factorise
 def _read(flow: PotentialFlow) -> Mesh:
     mesh = to_order(read_to_assemble(flow.mesh, 2, flow.cells), 2)
     if mesh.dimension == 2:
-        check_plane(mesh)
+        mesh = in_plane(mesh)
     if mesh.kind not in _fenicsx.SHAPES or len(mesh.kinds) > 1:
         raise ModelError(
             f"{mesh.source}: the cells of the fluid are {', '.join(mesh.kinds)}. Remedy: cells of one shape among "

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ import kanefe as kf
 from kanefe.bodies.inner_rotations import inner_rotations
 from kanefe.errors import AccuracyWarning, MeshError, ModelError
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.shapes import shape
 from kanefe.tree.bending import _reach
 from kanefe_fem import (
     Laminate,
@@ -22,6 +25,7 @@ from kanefe_fem import (
     solid_model,
     surface_mesh,
 )
+from kanefe_fem.mesh.checks import MeshWarning
 from kanefe_fem.mesh.mesh import Mesh
 from shell_meshes import grid
 
@@ -43,6 +47,36 @@ STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 def test_a_thickness_that_is_none_is_refused(thickness, words):
     with pytest.raises(ModelError, match=words):
         shell_model(grid("plate", 1), STEEL, thickness)
+
+
+def turned(mesh, which):
+    """The mesh with the nodes of some cells in the other order."""
+    table = np.array(mesh.connectivity)
+    table[which] = table[which][:, shape(mesh.kind).reversal()]
+    return Mesh(mesh.nodes, 2, {"body": (Cells(mesh.kind, table),)}, facets=mesh.facets)
+
+
+@pytest.mark.parametrize(("which", "side"), [([], 1.0), (slice(None), -1.0), ([0, 3], 1.0), (slice(2, None), -1.0)])
+def test_offsets_and_pressures_go_by_the_normals_of_most_cells(which, side):
+    mesh = turned(surface_mesh(lambda s, r: (s, 0.5 * r, 0.0 * s), (4, 2)), which)
+    told = len(which) if isinstance(which, list) else 2 if which.start else 0
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", MeshWarning)
+        model = shell_model(mesh, STEEL, 0.02, offset=0.5, surfaces=("body",))
+    words = [str(one.message) for one in caught if one.category is MeshWarning]
+    assert [f"{told} cells have their normal on the other side" in one for one in words] == ([True] if told else [])
+    assert all("offset=, surfaces= go by the normals of most" in one for one in words)
+    assert model.provenance["cells turned"] == told
+    weights = model.mass_field.mass @ np.ones(len(model.mass_field.points))
+    centre = weights @ np.asarray(model.mass_field.points) / weights.sum()
+    assert centre == pytest.approx([0.5, 0.25, side * 0.01], rel=1e-12)
+    assert model.load_patterns["body"].pressure_force == pytest.approx([0.0, 0.0, -side * 0.5], abs=1e-14)
+
+
+def test_a_plane_solid_is_the_same_from_below():
+    mesh = surface_mesh(lambda s, r: (s, 0.5 * r, 0.0 * s), (3, 2))
+    above, below = (solid_model(one, STEEL, plane="stress", thickness=0.1) for one in (mesh, turned(mesh, slice(None))))
+    assert abs(above.stiffness - below.stiffness).max() <= 1e-12 * abs(above.stiffness).max()
 
 
 def test_what_is_no_shell_is_refused():
