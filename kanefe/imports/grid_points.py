@@ -57,6 +57,17 @@ def grid_points(cards: Iterable[Card]) -> GridPoints:
         If a card is not as it should be, places nodes in a way that is not read, or uses a system that is not there
         or is placed by itself. The message has the line.
     """
+    by_label, table, systems = _sorted(cards)
+    return _placed(by_label, table, systems, systems.usual)
+
+
+def coordinate_system(cards: Iterable[Card], number: int, by: Card) -> CoordinateSystem:
+    """Return the coordinate system of a number among some cards; errors name the card that uses it."""
+    return _sorted(cards)[2].of(number, by)
+
+
+def _sorted(cards: Iterable[Card]) -> tuple[dict[int, Card], CardTable, _Systems]:
+    """Return the grid points by label and as a table, and the coordinate systems."""
     grids: list[Card] = []
     systems: dict[int, tuple[Card, int]] = {}
     usual: Card | None = None
@@ -81,7 +92,7 @@ def grid_points(cards: Iterable[Card]) -> GridPoints:
                 "places nodes in a way that is not read. Remedy: one deck with all points in systems CORD1 and CORD2"
             )
     by_label, table = _once(grids)
-    return _placed(by_label, table, _Systems(by_label, systems, usual), usual)
+    return by_label, table, _Systems(by_label, systems, usual)
 
 
 def _once(grids: list[Card]) -> tuple[dict[int, Card], CardTable]:

@@ -2,8 +2,8 @@
 
 Heights are told in three ways: Nastran's ZOFFS is that of the middle above the grid points, in m, its Z0 of a PCOMP
 that of the bottom; OFFSET of Abaqus is that of the nodes above the middle, as a fraction of the thickness. All are
-along the normal by the order of the nodes of an element. Plies are at angles from the side G1-G2 of an element turned
-by THETA (Nastran), or from x (Abaqus).
+along the normal by the order of the nodes of an element. Plies are at angles from the axes of
+`kanefe_fem.shells.deck_axes`.
 """
 
 from __future__ import annotations
@@ -21,8 +21,7 @@ from kanefe.imports.abaqus_input import Keyword, deck_keywords
 from kanefe.imports.abaqus_sets import key_of
 from kanefe.imports.bulk_data import bulk_cards
 from kanefe.imports.card import Card
-from kanefe.imports.grid_points import GridPoints, grid_points
-from kanefe.imports.node_table import rows_of
+from kanefe.imports.grid_points import grid_points
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.materials.laminate import Laminate, Ply
 from kanefe_fem.materials.oriented import Oriented, SolidMaterial
@@ -31,6 +30,7 @@ from kanefe_fem.mesh.abaqus_deck import read_abaqus_mesh
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
 from kanefe_fem.mesh_files import NASTRAN
+from kanefe_fem.shells.deck_axes import axes_of_elements, oriented_by
 from kanefe_fem.shells.orientation import consistent
 
 OFFSETS = {"SPOS": 0.5, "SNEG": -0.5}
@@ -127,7 +127,8 @@ def _of_nastran(path: Path, names: Mapping[int, str], trusted: bool) -> dict[str
         shell = (_pshell if card.name == "PSHELL" else _pcomp)(card, materials, height)
         if not isinstance(shell.material, Material):
             of = [one for one in elements if _property_of(one) == number]
-            shell = shell._replace(material=Oriented(shell.material, _axes(of, grids)))
+            places = [_FIELDS[one.name][0] for one in of]
+            shell = shell._replace(material=Oriented(shell.material, axes_of_elements(of, places, grids, cards)))
         found[name] = shell
     return found
 
@@ -136,39 +137,9 @@ _FIELDS = {"CTRIA3": (7, 8, (12, 13, 14)), "CQUAD4": (8, 9, (12, 13, 14, 15))}
 _FIELDS |= {"CTRIA6": (10, 11, (12, 13, 14)), "CQUAD8": (16, 17, (12, 13, 14, 15))}
 """Fields of THETA, of ZOFFS and of the thicknesses of corners, of Nastran's shells."""
 
-PARALLEL = 1e-3
-"""Sine of the angle between the first axes of elements and one direction, up to which they follow it."""
-
 
 def _property_of(card: Card) -> int:
     return card.whole(3) if card.field(3) else card.whole(2)
-
-
-def _axes(elements: list[Card], grids: GridPoints) -> np.ndarray:
-    """Return the axes (3, 3) whose part in the surface is the first axis of all elements."""
-    corners = np.array([[card.whole(4 + i) for i in range(3)] for card in elements])
-    x = grids.points[rows_of(corners, grids.labels)]
-    sides = np.stack((x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]), axis=1)
-    normals = np.cross(sides[:, 0], sides[:, 1])
-    normals /= np.linalg.norm(normals, axis=1)[:, None]
-    first = sides[:, 0] / np.linalg.norm(sides[:, 0], axis=1)[:, None]
-    places = [_FIELDS[card.name][0] for card in elements]
-    for card, place in zip(elements, places, strict=True):
-        if card.field(place).lstrip("+-").isdigit():
-            raise card.refused("has axes by a coordinate system (MCID), which is not read. Remedy: THETA, as 30.0")
-    angle = np.radians([card.number(place) for card, place in zip(elements, places, strict=True)])[:, None]
-    first = np.cos(angle) * first + np.sin(angle) * np.cross(normals, first)
-    mean = first.mean(axis=0)
-    mean /= np.linalg.norm(mean) or 1.0
-    off = np.abs(np.cross(normals, first) @ mean)
-    if off.max() > PARALLEL:
-        raise elements[int(off.argmax())].refused(
-            "has an axis of its material that is not along those of the other elements of its property. Remedy: "
-            "materials= with Oriented(...), or THETA by which they are"
-        )
-    third = normals[0] - (normals[0] @ mean) * mean
-    third /= np.linalg.norm(third)
-    return np.column_stack((mean, np.cross(third, mean), third))
 
 
 def _heights(elements: list[Card]) -> dict[int, float]:
@@ -253,9 +224,9 @@ def _of_abaqus(path: Path, trusted: bool) -> dict[str, _Shell]:
         for option in ("NODALTHICKNESS", "SHELLTHICKNESS", "STACKDIRECTION"):
             if option in {name.replace(" ", "") for name in block.options}:
                 raise block.refused(f"has {option}, which is not read. Remedy: thickness= as a function of places")
-        if block.options.get("ORIENTATION"):
-            raise block.refused("has an ORIENTATION, which is not read. Remedy: materials= with Oriented(...)")
         material, thickness = _stack(block, materials)
+        if block.options.get("ORIENTATION") and not isinstance(material, Material):
+            material = oriented_by(block, blocks, material, thickness)
         given = block.options.get("OFFSET", "").strip().upper()
         above = OFFSETS[given] if given in OFFSETS else block.number(given, block.at)
         found[block.option("ELSET").strip("\"'")] = _Shell(material, thickness, -above if above else 0.0)

@@ -118,6 +118,38 @@ def test_plies_keep_their_heights_and_angles(tmp_path: Path) -> None:
     assert other["offset"]["STRIP"] == pytest.approx(found["offset"]["7"])
 
 
+def stiff_along(path: Path) -> tuple[float, np.ndarray]:
+    """Force per strain of a strip of unit width stretched along x, and its first axis."""
+    given = shell_properties(path)
+    (material,) = given["materials"].values()
+    assert isinstance(material, Oriented)
+    return deflection(path), np.asarray(material.axes)
+
+
+def test_axes_by_coordinate_systems_are_those_by_angles(tmp_path: Path) -> None:
+    """Fibres at 30 degrees from x: by THETA, by MCID of a system turned about z, by ORIENTATION and its angle."""
+    c, s = np.cos(np.radians(30.0)), np.sin(np.radians(30.0))
+    # from a point on its third axis and one in the plane of the first and the third
+    system = f"CORD2R,3,,0.,0.,0.,0.,0.,1./,{c:.12g},{s:.12g},0."
+    offset = ",0.007"
+    found = [
+        stiff_along(nastran(tmp_path / "a.bdf", "PSHELL,7,2,0.02,2", ",30." + offset)),
+        stiff_along(nastran(tmp_path / "b.bdf", f"PSHELL,7,2,0.02,2/{system}", ",3" + offset)),
+    ]
+    section = "*SHELL SECTION, ELSET=STRIP, MATERIAL=CFRP, ORIENTATION=O, OFFSET=-0.35/0.02"
+    found += [
+        stiff_along(abaqus(tmp_path / "a.inp", f"*ORIENTATION, NAME=O/{c},{s},0.,{-s},{c},0./3, 0./{section}")),
+        stiff_along(abaqus(tmp_path / "b.inp", f"*ORIENTATION, NAME=O/1.,0.,0.,0.,1.,0./3, 30./{section}")),
+    ]
+    for bent, axes in found[1:3]:
+        assert axes[:, 0] == pytest.approx([c, s, 0.0], abs=1e-9)
+        assert bent == pytest.approx(found[0][0], rel=1e-6)
+    # one ply at an angle has the shear correction of a stack
+    assert found[3][0] == pytest.approx(found[0][0], rel=1e-3)
+    straight = stiff_along(nastran(tmp_path / "c.bdf", "PSHELL,7,2,0.02,2", ",0." + offset))
+    assert abs(straight[0]) < 0.5 * abs(found[0][0])  # fibres along the strip
+
+
 def test_a_body_from_a_deck(tmp_path: Path) -> None:
     path = nastran(tmp_path / "a.bdf")
     given = shell_properties(path)
@@ -143,7 +175,19 @@ def test_a_body_from_a_deck(tmp_path: Path) -> None:
         ("PSHELL,7,1,,1", "", False, r"has no thickness"),
         ("PSHELL,7,1,0.02,1,,,,3.", "", False, r"has NSM"),
         ("PSHELL,7,9,0.02,9", "", False, r"has material 9, which is no MAT1 or MAT8"),
-        ("PSHELL,7,2,0.02,2", ",3", False, r"CQUAD4 1 \(line \d+\) has axes by a coordinate system"),
+        ("PSHELL,7,2,0.02,2", ",3", False, r"CQUAD4 1 \(line \d+\) is in coordinate system 3, which is not there"),
+        (
+            "PSHELL,7,2,0.02,2/CORD2C,3,,0.,0.,0.,0.,0.,1./,1.,0.,0.",
+            ",3",
+            False,
+            r"CQUAD4 1 .* the coordinate system 3, which is not rectangular",
+        ),
+        (
+            "PSHELL,7,2,0.02,2/CQUAD4,99,7,1,3,4,2,30.",
+            ",0",
+            False,
+            r"CQUAD4 1 \(line \d+\) has axes by MCID 0, and other elements of its property have not",
+        ),
         ("PSHELL,7,1,0.02,1", ",,0.001", True, r"the normals of \d shells are on the other side"),
         ("PSOLID,7,1", "", False, r"has no PSHELL or PCOMP"),
     ],
@@ -159,7 +203,20 @@ def test_what_is_not_read_is_named(shell: str, last: str, turned: bool | None, m
         ("*SHELL SECTION, ELSET=STRIP, MATERIAL=NONE/0.02", r"has material 'NONE', which has no \*ELASTIC"),
         ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU/0.", r"has the thickness 0"),
         ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, NODAL THICKNESS/0.02", r"has NODALTHICKNESS, which is not read"),
-        ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, ORIENTATION=O/0.02", r"has an ORIENTATION"),
+        ("*SHELL SECTION, ELSET=STRIP, MATERIAL=CFRP, ORIENTATION=O/0.02", r"the ORIENTATION 'O', which is not there"),
+        (
+            "*ORIENTATION, NAME=O/1.,0.,0.,0.,1.,0./*SHELL SECTION, ELSET=STRIP, MATERIAL=CFRP, ORIENTATION=O/0.02",
+            r"\*ORIENTATION \(line \d+\) has its axis 1 across the shell, by which Abaqus and CalculiX take different",
+        ),
+        (
+            "*ORIENTATION, NAME=O, SYSTEM=C/0.,0.,0.,0.,0.,1.",
+            r"has no \*SHELL SECTION",
+        ),
+        (
+            "*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL/0.,0.,0.,0.,0.,1./*SHELL SECTION, ELSET=STRIP, MATERIAL=CFRP,"
+            " ORIENTATION=O/0.02",
+            r"is not of a rectangular system",
+        ),
     ],
 )
 def test_sections_that_are_not_read_are_named(section: str, match: str, tmp_path: Path) -> None:
