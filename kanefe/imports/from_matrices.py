@@ -256,6 +256,15 @@ def _fluid(given: Matrix | None, ordered: Callable[[Matrix, str], sp.csr_matrix]
     return A
 
 
+def without_rotary_inertia(slope: float | None) -> str:
+    """Return what a body of sheets or beams is told whose nodes turn without mass, by the slope of its lowest mode.
+
+    A wave of the number k in a section of thickness t is ``(k t)^2 / 24`` too fast: rho t^3/12 over rho t.
+    """
+    text = "no rotary inertia: bending waves of length L in sections of thickness t are 1.6 (t/L)^2 too fast"
+    return text + (f", the lowest mode 1 % if t is {np.sqrt(0.24) / slope:.2g} m" if slope else "")
+
+
 def _told(model: FiniteElementModel, share: float, source: str) -> FiniteElementModel:
     """Return a model, told what of its inertia is estimated or not there; that of a superelement is completed."""
     told: dict[str, Any] = {"estimated_inertia": share} if share else {}
@@ -263,7 +272,7 @@ def _told(model: FiniteElementModel, share: float, source: str) -> FiniteElement
     if not model.generalised:
         tell_share(share, source)
         if turning.any() and not model.mass.diagonal().reshape(-1, len(turning))[:, turning].any():
-            told["rotary_inertia"] = "none: waves of the length L in a section of thickness t are 1.6 (t/L)^2 too fast"
+            told["told"] = [without_rotary_inertia(model.provenance["self_check"]["slope"])]
     if not model.generalised or model.mass_field is not None:
         return replace(model, provenance={**model.provenance, **told})
     share = estimated_part(model)

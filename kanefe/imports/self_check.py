@@ -22,6 +22,7 @@ from kanefe.fe_model.factorise import Factorise, splu_factorise
 from kanefe.fe_model.grounded import GroundSprings, ResistedTurns, ground_springs, resisted_turns
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 from kanefe.imports.alike_masses import check_alike
+from kanefe.imports.lowest_modes import lowest_modes, slope_of
 from kanefe.imports.mass_properties import ROUND_OFF, check_moments, mass_properties
 
 STATED = 1e-3
@@ -69,6 +70,9 @@ class SelfCheck:
         About the origin of G, kg m2, from M and the rigid rotations.
     wave_speed : float or None
         Order of magnitude of the speed of waves through the elements, m/s.
+    slope : float or None
+        Root of the mean squared rotation over the mean squared displacement of the nodes, weighed by their mass, in
+        the lowest elastic mode, 1/m: of bending waves their wave number. None: not counted, or no rotations.
     """
 
     rigid_motions: int
@@ -78,6 +82,7 @@ class SelfCheck:
     center_of_mass: tuple[float, ...]
     inertia: tuple[tuple[float, ...], ...]
     wave_speed: float | None
+    slope: float | None
 
     def as_dict(self) -> dict[str, Any]:
         """Return the findings for a file."""
@@ -138,7 +143,7 @@ def self_check(
     check_moments(model)
     check_alike(model)
     _check_one_piece(model)
-    zeros = _check_zero_modes(model, count, factorise, springs)
+    zeros, lowest = _check_zero_modes(model, count, factorise, springs)
     speed = wave_speed(model)
     if speed is not None and not WAVE_SPEEDS[0] <= speed <= WAVE_SPEEDS[1]:
         warnings.warn(
@@ -158,6 +163,7 @@ def self_check(
         center_of_mass=tuple(center.tolist()),
         inertia=tuple(tuple(row) for row in inertia.tolist()),
         wave_speed=speed,
+        slope=None if lowest is None else slope_of(model, lowest),
     )
 
 
@@ -306,7 +312,7 @@ def _check_rigid_motions(
 
 def _share_of_turns(model: FiniteElementModel, count: int, factorise: Factorise) -> float:
     """Return what resists rigid turns, relative to the first squared elastic frequency, by the diagonal of M."""
-    squares = _lowest_squares(model, min(count + 1, model.size), factorise)
+    squares, _ = lowest_modes(model, min(count + 1, model.size), factorise)
     return resisted_turns(model).square / squares[count] if len(squares) > count and squares[count] else np.inf
 
 
@@ -344,11 +350,12 @@ def _check_zero_modes(
     expected: int,
     factorise: Factorise | None,
     springs: GroundSprings | ResistedTurns | None,
-) -> int | None:
-    """Check that K leaves only the rigid motions free; return their number, None if they were not counted."""
+) -> tuple[int | None, np.ndarray | None]:
+    """Check that K leaves only the rigid motions free; return their number and the lowest other one, if counted."""
     if model.size > COUNTED_SIZE and factorise is None:
-        return None
-    squares = _lowest_squares(model, min(expected + 1, model.size), factorise or splu_factorise)
+        return None, None
+    squares, shapes = lowest_modes(model, min(expected + 1, model.size), factorise or splu_factorise)
+    lowest = shapes[:, expected] if len(squares) > expected else None
     if springs is not None and len(squares) > expected:
         share = springs.square / squares[expected] if squares[expected] else np.inf
         if share > STATED:
@@ -360,7 +367,7 @@ def _check_zero_modes(
                 AccuracyWarning,
                 stacklevel=outside(),
             )
-            return expected
+            return expected, lowest
     if len(squares) > expected and squares[expected] <= 1e3 * max(abs(squares[:expected]).max(), np.finfo(float).tiny):
         raise ModelError(
             f"the stiffness matrix leaves more than the {expected} rigid motions free: it has a mechanism, "
@@ -368,29 +375,4 @@ def _check_zero_modes(
             "Remedy: check hinges, grounding springs and unconnected nodes in the exporting program"
             + (", and leave rigid motions out of the generalised coordinates" if model.generalised else "")
         )
-    return expected
-
-
-def _lowest_squares(model: FiniteElementModel, count: int, factorise: Factorise) -> np.ndarray:
-    """Return the lowest eigenvalues of K with the diagonal of M, which suffices for the number of zeros."""
-    K, masses = model.stiffness, model.mass.diagonal()
-    stiff = K.diagonal()
-    massive = masses > 1e-12 * masses.max()
-    typical = float(np.median(stiff[massive] / masses[massive]))
-    # coordinates without mass, rotations of lumped matrices, are scaled by their own stiffness
-    own = stiff / typical if typical > 0 else np.zeros_like(stiff)
-    scale = 1.0 / np.sqrt(np.where(massive, masses, np.where(own > 0, own, masses.max())))
-    scaled = sp.diags(scale) @ K @ sp.diags(scale)
-    if model.size <= 400:
-        return np.sort(np.abs(np.linalg.eigvalsh(scaled.toarray())))[:count]
-    shift = 1e-6 * scaled.diagonal().mean()
-    start = np.random.default_rng(0).standard_normal(model.size)
-    try:
-        factors = factorise((scaled + shift * sp.identity(model.size)).tocsc())
-    except RuntimeError as error:
-        raise ModelError(
-            f"the stiffness matrix is not positive ({error}). Remedy: export it without prestress or buckling loads"
-        ) from error
-    inverse = spla.LinearOperator(K.shape, matvec=factors.solve, dtype=float)
-    squares = spla.eigsh(scaled, k=count, sigma=-shift, OPinv=inverse, v0=start, return_eigenvectors=False)
-    return np.sort(np.abs(squares))
+    return expected, lowest
