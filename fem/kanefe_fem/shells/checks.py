@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from kanefe.errors import outside
 from kanefe.fe_model.model import Cells
@@ -20,6 +21,9 @@ TURN = np.radians(60.0)
 
 SHARP = np.radians(3.0)
 """Least angle at the corner of a cell, rad; below it, or as near to 180 degrees, the cell is a sliver."""
+
+SAME = 1e-6
+"""Distance of the middles of two cells, relative to their size, below which one lies on the other."""
 
 NARROW = 1e-3
 """Area of a cell, relative to the square of its longest side, below which it is a sliver."""
@@ -37,7 +41,7 @@ def check_surface(mesh: Mesh, *, is_whole: bool) -> Mesh:
     Warns
     -----
     MeshWarning
-        Of nodes in no cell, lines that are there twice, cells that are warped and slivers.
+        Of nodes in no cell, cells on others, lines that are there twice, cells that are warped and slivers.
     """
     free = len(mesh.nodes) - len(mesh.body_nodes)
     if free and is_whole:
@@ -46,6 +50,7 @@ def check_surface(mesh: Mesh, *, is_whole: bool) -> Mesh:
             f"{mesh.source}: {free} nodes are in no cell of the shell, first node {first} at "
             f"{mesh.nodes[first].round(6).tolist()} m, and are left out. Remedy: none, if they are construction points"
         )
+    _tell_of_twins(mesh)
     for name, block in _blocks(mesh):
         _tell_of_warp(mesh, name, block)
         _tell_of_slivers(mesh, name, block)
@@ -70,11 +75,32 @@ def _blocks(mesh: Mesh) -> Iterator[tuple[str, Cells]]:
             yield name, block
 
 
+def turn_within(nodes: np.ndarray, block: Cells) -> np.ndarray:
+    """Return the largest angle between the normals at the corners of each cell, rad: of warp, or of a curve."""
+    normals = corner_normals(nodes, block)[:, : shape(block.kind).corners]
+    cosine = np.einsum("mpi,mqi->mpq", normals, normals).min(axis=(1, 2))
+    return np.asarray(np.arccos(np.clip(cosine, -1.0, 1.0)))
+
+
+def _tell_of_twins(mesh: Mesh) -> None:
+    """Warn of cells that lie on others and have nodes of their own."""
+    blocks = [block for _, block in _blocks(mesh)]
+    corners = [mesh.nodes[block.nodes[:, : shape(block.kind).corners]] for block in blocks]
+    middles = np.concatenate([x.mean(axis=1) for x in corners])
+    sizes = np.concatenate([np.linalg.norm(np.ptp(x, axis=1), axis=1) for x in corners])
+    twins = cKDTree(middles).query_pairs(SAME * sizes.max(), output_type="ndarray")
+    near = np.linalg.norm(middles[twins[:, 0]] - middles[twins[:, 1]], axis=1) < SAME * sizes[twins].min(axis=1)
+    if near.any():
+        at = middles[twins[near][0, 0]].round(6).tolist()
+        _tell(
+            f"{mesh.source}: {near.sum()} cells lie on another one, the first at {at} m, and are not joined to it over "
+            "their area: each bends by itself. Remedy: one surface with the thickness of both, or a gap between them"
+        )
+
+
 def _tell_of_warp(mesh: Mesh, name: str, block: Cells) -> None:
     """Warn of cells whose normals at the corners differ much."""
-    normals = corner_normals(mesh.nodes, block)[:, : shape(block.kind).corners]
-    cosine = np.einsum("mpi,mqi->mpq", normals, normals).min(axis=(1, 2))
-    turn = np.arccos(np.clip(cosine, -1.0, 1.0))
+    turn = turn_within(mesh.nodes, block)
     wrong = np.flatnonzero(turn > TURN)
     if len(wrong):
         worst = int(turn.argmax())

@@ -12,6 +12,7 @@ from kanefe.errors import AccuracyWarning, outside
 from kanefe.fe_model.model import MassField
 from kanefe.fe_model.shapes import measures, shape
 from kanefe_fem.materials.laminate import Laminate
+from kanefe_fem.shells.checks import turn_within
 from kanefe_fem.shells.directors import Directors
 from kanefe_fem.shells.mass import masses_of_sections
 from kanefe_fem.shells.of_groups import ShellGroup
@@ -47,8 +48,8 @@ def shell_measures(
     -------
     dict
         "thickness_m" of each group, least and largest, and its "mass_kg"; "t/R" and "t/L", the worst, with their places
-        and groups; "rotary inertia", the part of the inertia about the centre of mass that the thickness makes;
-        "bending" of each group: see `of_bending`.
+        and groups; "turn in a cell", the largest angle between its normals, rad; "rotary inertia", the part of the
+        inertia about the centre of mass that the thickness makes; "bending" of each group: see `of_bending`.
     """
     curved = [_curvature(nodes, found, one) for one in cells]
     area, thinnest, thickest = (np.zeros(len(groups)) for _ in range(3))
@@ -71,6 +72,7 @@ def shell_measures(
         "t/R": {"value": worst, "group": names[where], "at": place.round(9).tolist()},
         "t/L": {"value": float(by_size[stubby]), "group": names[stubby]},
         "rotary inertia": _rotary(field),
+        "turn in a cell": float(max(turn_within(nodes, one.cells).max() for one in cells)),
         "bending": {name: of_bending(one.section, t) for name, one, t in zip(names, groups, thickest, strict=True)},
     }
     _warn(result)
@@ -184,7 +186,8 @@ def told(provenance: Mapping[str, Any]) -> list[str]:
         f"shell: thickness {thickness}",
         f"{bent}, t/L up to {found['t/L']['value']:.2g} "
         f"({found['t/L']['group']}), rotary inertia {100 * found['rotary inertia']:.2g} % of the inertia",
-        f"{provenance['nodes on folds']} nodes on folds, {provenance['cells turned']} cells turned",
+        f"{provenance['nodes on folds']} nodes on folds, {provenance['cells turned']} cells turned; the normal turns "
+        f"by up to {np.degrees(found['turn in a cell']):.2g} degrees in a cell",
     ]
     by_section: dict[str, list[str]] = {}
     for name, section in provenance.get("stiffeners", {}).items():

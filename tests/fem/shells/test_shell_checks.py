@@ -31,6 +31,14 @@ def quad(*corners):
     ("mesh", "words"),
     [
         (Mesh(np.vstack((PLATE.nodes, (0.0, 0.0, 5.0))), 2, PLATE.cells), "1 nodes are in no cell of the shell"),
+        (
+            Mesh(
+                np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (1, 1, 1e-9), (0, 1, 1e-9)]),
+                2,
+                {"hem": (Cells("quad", np.array([[0, 1, 2, 3], [1, 0, 5, 4]])),)},
+            ),
+            r"1 cells lie on another one, the first at \[0.5, 0.5, 0.0\] m",
+        ),
         (quad((0, 0, 0), (1, 0, 0), (1, 1, 1), (0, 1, -1)), "1 cells of group 'sheet' are warped.*up to 90 degrees"),
         (quad((0, 0, 0), (1, 0, 0), (1, 1e-4, 0), (0, 1e-4, 0)), "are slivers.*squared 0.0001"),
         (quad((0, 0, 0), (1, 0, 0), (2, 0.02, 0), (1, 1, 0)), "are slivers.*sharpest angle"),
@@ -40,6 +48,16 @@ def quad(*corners):
 def test_a_doubtful_mesh_is_told(mesh, words):
     with pytest.warns(MeshWarning, match=words):
         check_surface(mesh, is_whole=True)
+
+
+def test_the_warp_of_cells_is_told():
+    """Two opposite corners lifted by h turn the normals at the corners by 2 atan(h sqrt(2)) from each other."""
+    mesh = quad((0, 0, 0), (1, 0, 0.1), (1, 1, 0), (0, 1, 0.1))
+    model = shell_model(mesh, STEEL, 1e-2)
+    # normals (-+h, -+h, 1): of opposite corners
+    expected = 2.0 * np.arctan(0.1 * np.sqrt(2.0))
+    assert model.provenance["shell"]["turn in a cell"] == pytest.approx(expected, rel=1e-9)
+    assert any(f"up to {np.degrees(expected):.2g} degrees in a cell" in line for line in model.provenance["told"])
 
 
 def test_lines_that_are_there_twice_count_once():
