@@ -87,6 +87,11 @@ def read_step(
         raise FileError(f"{path.name} is no STEP or BREP file. Remedy: export the assembly as STEP (AP214 or AP242)")
     if geometry.get("joined"):
         raise ModelError("joined= makes one body of all parts, and is not of an assembly. Remedy: read_mesh")
+    if geometry.get("midsurface"):
+        raise ModelError(
+            "midsurface= is of one part as a shell, and flexible parts of an assembly are solids. Remedy: "
+            "read_mesh(..., cells=NAME, midsurface=True), and shell_body"
+        )
     unit, seconds = geometry.get("unit"), geometry.get("most_seconds")
     with opened_shapes(path, unit, seconds) as (process, shapes):
         meshed = chosen(shapes, flexible, path.name) if flexible else []

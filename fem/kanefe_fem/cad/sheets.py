@@ -25,7 +25,7 @@ THICK = 0.25
 """Thickness, relative to the root of the middle area, above which a solid is not thin."""
 
 FULL = 0.05
-"""Largest part of the volume that the pairs may miss."""
+"""Largest volume that the pairs may miss, relative to that of the solid."""
 
 REMEDY = "Remedy: mesh it as a solid, or draw its middle surface (gmsh, .geo) for shell_body"
 

@@ -19,6 +19,7 @@ from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.solids.body import solid_body, solid_model
 from kanefe_fem.verification import (
     damped_beams,
+    imported_shells,
     joined_shells,
     own_forms,
     plates,
@@ -135,6 +136,7 @@ CASES = (
     *shells.CASES,
     *shell_stresses.CASES,
     *joined_shells.CASES,
+    *imported_shells.CASES,
     *sliding_block.CASES,
     *stiffened_shells.CASES,
     *stiffened_solids.CASES,
