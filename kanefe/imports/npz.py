@@ -9,8 +9,10 @@ Layout, version 1, in m, kg, s (written by numpy.savez of these arrays):
     group_NAME                    node numbers from 0
     cells_KIND                    node numbers (m, nodes a cell) in VTK order, KIND by meshio's name
     following (f, N)              as a csr_matrix: unit directions of rotations that only follow their neighbours
+    field_points (P, 3),          mass field, where nodes rotate: see kanefe.MassField; field_mass (P, P),
+    field_arms (P, 3)             field_interpolation and field_turns (3 P, N) as csr_matrix
 
-`damping`, `added_mass`, groups, cells and `following` may be missing.
+`damping`, `added_mass`, groups, cells, `following` and the mass field may be missing.
 """
 
 from __future__ import annotations
@@ -27,7 +29,7 @@ import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError
-from kanefe.fe_model.model import ROTATIONS, Cells, FiniteElementModel
+from kanefe.fe_model.model import ROTATIONS, Cells, FiniteElementModel, MassField
 from kanefe.imports.from_matrices import model_from_matrices
 from kanefe.imports.self_check import Expected
 from kanefe.storage.array_file import check_directory
@@ -40,6 +42,9 @@ NOT_READ = (
 """Errors of files that are damaged, or not of these arrays."""
 
 FORMAT = "kanefe matrices 1"
+
+FIELD = ("mass", "interpolation", "turns")
+"""Names of the matrices of a mass field."""
 
 
 @checked
@@ -66,15 +71,27 @@ def write_matrices(model: FiniteElementModel, path: str | Path) -> None:
     if model.generalised:
         arrays["generalised"] = np.array(model.generalised)
     for what in ("stiffness", "mass", "damping", "added_mass", "following"):
-        matrix = getattr(model, what)
-        if matrix is not None:
-            csr = sp.csr_matrix(matrix)
-            arrays |= {f"{what}_data": csr.data, f"{what}_indices": csr.indices, f"{what}_indptr": csr.indptr}
+        arrays |= _parts(what, getattr(model, what))
+    field = model.mass_field
+    if field is not None and not model.generalised and set(model.components) & set(ROTATIONS):
+        arrays["field_points"] = field.points
+        for what in FIELD:
+            arrays |= _parts(f"field_{what}", getattr(field, what))
+        if field.arms is not None:
+            arrays["field_arms"] = field.arms
     arrays |= {f"group_{name}": np.asarray(group.nodes) for name, group in model.groups.items()}
     for block in model.cells:
         name = f"cells_{block.kind}"
         arrays[name] = np.vstack((arrays[name], block.nodes)) if name in arrays else block.nodes
     write_whole(path, lambda file: np.savez(file, **arrays))
+
+
+def _parts(name: str, matrix: sp.spmatrix | None) -> dict[str, np.ndarray]:
+    """Return the arrays of a matrix; none if there is no matrix."""
+    if matrix is None:
+        return {}
+    csr = sp.csr_matrix(matrix)
+    return {f"{name}_data": csr.data, f"{name}_indices": csr.indices, f"{name}_indptr": csr.indptr}
 
 
 @checked
@@ -114,6 +131,7 @@ def read_matrices(
             generalised = int(arrays.get("generalised", 0))
             nodes, components = arrays["nodes"], tuple(str(c) for c in arrays["components"])
             following = _following(arrays, len(nodes), components, generalised)
+            field = _field(arrays, len(nodes) * len(components))
     except NOT_READ as error:
         raise FileError(
             f"{path} is truncated or not a file of matrices ({error}). Remedy: write it again with write_matrices"
@@ -129,6 +147,7 @@ def read_matrices(
         components=components,
         damping=matrices["damping"],
         added_mass=matrices["added_mass"],
+        mass_field=field,
         generalised=generalised,
         groups={n.removeprefix("group_"): a.tolist() for n, a in arrays.items() if n.startswith("group_")},
         cells=[Cells(n.removeprefix("cells_"), a) for n, a in arrays.items() if n.startswith("cells_")],
@@ -147,6 +166,19 @@ def _matrix(arrays: dict[str, np.ndarray], what: str, width: int | None = None) 
     size = len(arrays[f"{what}_indptr"]) - 1
     parts = tuple(arrays[f"{what}_{part}"] for part in ("data", "indices", "indptr"))
     return sp.csr_matrix(parts, (size, size if width is None else width))
+
+
+def _field(arrays: dict[str, np.ndarray], size: int) -> MassField | None:
+    """Return the mass field of the file, or None; a ValueError if it is not whole."""
+    if "field_points" not in arrays:
+        return None
+    points = arrays["field_points"]
+    mass, interpolation, turns = (
+        _matrix(arrays, f"field_{what}", width) for what, width in zip(FIELD, (None, size, size), strict=True)
+    )
+    if mass is None or interpolation is None:
+        raise ValueError("the mass field has no masses, or no shape functions")
+    return MassField(points, mass, interpolation, turns, arrays.get("field_arms"))
 
 
 def _following(

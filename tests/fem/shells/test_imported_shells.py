@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 import scipy.linalg as la
 import scipy.sparse as sp
 
 import kanefe as kf
+from kanefe.errors import AccuracyWarning, FileError
 from kanefe.fe_model.model import COMPONENTS
-from kanefe_fem import Material, shell_model, surface_mesh
+from kanefe.imports.nodal_inertia import NodalFormWarning
+from kanefe_fem import Material, Rectangle, Stiffener, shell_model, surface_mesh
 
 pytestmark = pytest.mark.fenicsx
 
@@ -29,6 +33,26 @@ def first(K: sp.csr_matrix, masses: np.ndarray) -> float:
     if light.any():
         own = own - k[np.ix_(heavy, light)] @ la.solve(k[np.ix_(light, light)], k[np.ix_(light, heavy)])
     return float(la.eigh(own, np.diag(masses[heavy]), eigvals_only=True, subset_by_index=(6, 6))[0])
+
+
+def test_a_file_of_matrices_keeps_the_mass_field(tmp_path):
+    """With a rib beside the surface, whose shape functions M and K alone do not tell."""
+    rib = Stiffener(Rectangle(0.01, 0.05), STEEL, "below")
+    model = shell_model(surface_mesh(lambda s, r: (s, 0.8 * r, 0.1 * s * r), (4, 3)), STEEL, 0.01, beams={"root": rib})
+    kf.write_matrices(model, tmp_path / "panel.npz")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", NodalFormWarning)
+        warnings.simplefilter("ignore", AccuracyWarning)  # a rib has entries that its neighbours have not
+        read = kf.read_matrices(tmp_path / "panel.npz")
+    assert "estimated_inertia" not in read.provenance
+    for name in ("points", "mass", "interpolation", "turns", "arms"):
+        own, found = (getattr(one.mass_field, name) for one in (model, read))
+        assert abs(own - found).max() == 0.0, name
+    arrays = dict(np.load(tmp_path / "panel.npz"))
+    del arrays["field_mass_data"]
+    np.savez(tmp_path / "half.npz", **arrays)
+    with pytest.raises(FileError, match=r"the mass field has no masses"):
+        kf.read_matrices(tmp_path / "half.npz")
 
 
 def test_a_mass_without_rotary_inertia_is_told_with_its_size():
