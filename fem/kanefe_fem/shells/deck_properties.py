@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple, TypedDict
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from kanefe.imports.abaqus_input import Keyword, deck_keywords
 from kanefe.imports.abaqus_sets import key_of
 from kanefe.imports.bulk_data import bulk_cards
 from kanefe.imports.card import Card
-from kanefe.imports.grid_points import grid_points
+from kanefe.imports.grid_points import GridPoints, grid_points
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.materials.laminate import Laminate, Ply
 from kanefe_fem.materials.oriented import Oriented, SolidMaterial
@@ -31,6 +31,8 @@ from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
 from kanefe_fem.mesh_files import NASTRAN
 from kanefe_fem.shells.deck_axes import axes_of_elements, oriented_by
+from kanefe_fem.shells.deck_thickness import ThicknessOfNodes, thickness_of_corners
+from kanefe_fem.shells.of_groups import Thickness
 from kanefe_fem.shells.orientation import consistent
 
 OFFSETS = {"SPOS": 0.5, "SNEG": -0.5}
@@ -41,7 +43,7 @@ class ShellProperties(TypedDict):
     """Keywords of `shell_body` by group of cells."""
 
     materials: dict[str, SolidMaterial]
-    thickness: dict[str, float]
+    thickness: dict[str, Thickness]
     offset: dict[str, float]
 
 
@@ -49,7 +51,7 @@ class _Shell(NamedTuple):
     """Of one group: a material, thickness in m, and the height of the middle as a fraction of it."""
 
     material: SolidMaterial
-    thickness: float
+    thickness: Any
     offset: float
 
 
@@ -72,7 +74,8 @@ def shell_properties(
     Returns
     -------
     dict
-        "materials", "thickness" in m and "offset" as a fraction of the thickness, each a dict by group.
+        "materials", "thickness" in m, a function of places where corners of elements have their own, and "offset" as a
+        fraction of the thickness, each a dict by group.
 
     Raises
     ------
@@ -125,17 +128,30 @@ def _of_nastran(path: Path, names: Mapping[int, str], trusted: bool) -> dict[str
         name = names.get(number) or str(number)
         height = heights.get(number, 0.0)
         shell = (_pshell if card.name == "PSHELL" else _pcomp)(card, materials, height)
+        of = [one for one in elements if _property_of(one) == number]
+        shell = shell._replace(thickness=_at_corners(of, shell, grids))
         if not isinstance(shell.material, Material):
-            of = [one for one in elements if _property_of(one) == number]
             places = [_FIELDS[one.name][0] for one in of]
             shell = shell._replace(material=Oriented(shell.material, axes_of_elements(of, places, grids, cards)))
         found[name] = shell
     return found
 
 
-_FIELDS = {"CTRIA3": (7, 8, (12, 13, 14)), "CQUAD4": (8, 9, (12, 13, 14, 15))}
-_FIELDS |= {"CTRIA6": (10, 11, (12, 13, 14)), "CQUAD8": (16, 17, (12, 13, 14, 15))}
-"""Fields of THETA, of ZOFFS and of the thicknesses of corners, of Nastran's shells."""
+_FIELDS = {"CTRIA3": (7, 8, (12, 13, 14), 11), "CQUAD4": (8, 9, (12, 13, 14, 15), 11)}
+_FIELDS |= {"CTRIA6": (10, 11, (12, 13, 14), 15), "CQUAD8": (16, 17, (12, 13, 14, 15), 18)}
+"""Fields of THETA, of ZOFFS, of the thicknesses of corners and of TFLAG, of Nastran's shells."""
+
+
+def _at_corners(elements: list[Card], shell: _Shell, grids: GridPoints) -> float | ThicknessOfNodes:
+    """Return the thickness of elements; one that varies has its middle at the nodes, and no plies."""
+    places, flags = [_FIELDS[one.name][2] for one in elements], [_FIELDS[one.name][3] for one in elements]
+    thickness = thickness_of_corners(elements, places, flags, shell.thickness, grids)
+    if callable(thickness) and (shell.offset or isinstance(shell.material, Laminate)):
+        raise elements[0].refused(
+            "is of a property with thicknesses of corners and an offset or plies, which are not read together. Remedy: "
+            "without ZOFFS, and thickness= as a function of places"
+        )
+    return thickness
 
 
 def _property_of(card: Card) -> int:
@@ -146,12 +162,7 @@ def _heights(elements: list[Card]) -> dict[int, float]:
     """Return ZOFFS of the elements of each property, m."""
     found: dict[int, float] = {}
     for card in elements:
-        _, place, corners = _FIELDS[card.name]
-        number, height = _property_of(card), card.number(place)
-        if any(card.field(corner) for corner in corners):
-            raise card.refused(
-                "has thicknesses of its corners, which are not read. Remedy: thickness= as a function of places"
-            )
+        number, height = _property_of(card), card.number(_FIELDS[card.name][1])
         if found.setdefault(number, height) != height:
             raise card.refused(
                 f"has ZOFFS {height:g}, and another element of property {number} {found[number]:g}. Remedy: a property "

@@ -150,6 +150,35 @@ def test_axes_by_coordinate_systems_are_those_by_angles(tmp_path: Path) -> None:
     assert abs(straight[0]) < 0.5 * abs(found[0][0])  # fibres along the strip
 
 
+def wedge(path: Path, left: float, right: float, flag: str = "", last: str = "") -> Path:
+    """The strip with a thickness from left to right, by T1 to T4 of its elements."""
+    nodes, _ = grid()
+    deck = nastran(path, last=f",,{last}").read_text().split("\n")
+    for i, line in enumerate(deck):
+        if line.startswith("CQUAD4"):
+            corners = [int(one) for one in line.split(",")[3:7]]
+            t = [left + (right - left) * nodes[one - 1, 0] / LENGTH for one in corners]
+            deck[i] = line + (",," if not last else ",") + f"\n,,{flag}," + ",".join(f"{one:.12g}" for one in t)
+    path.write_text("\n".join(deck))
+    return path
+
+
+def test_thicknesses_of_corners_are_linear_in_between(tmp_path: Path) -> None:
+    path = wedge(tmp_path / "a.bdf", 0.01, 0.03)
+    model = shell_model(path, **shell_properties(path))
+    weights = model.mass_field.mass @ np.ones(len(model.mass_field.points))
+    # of a wedge: rho w L (a + b) / 2, and its centre at L (a + 2 b) / (3 (a + b))
+    assert weights.sum() == pytest.approx(RHO * WIDTH * LENGTH * 0.02, rel=1e-9)
+    assert weights @ model.mass_field.points[:, 0] / weights.sum() == pytest.approx(LENGTH * 0.07 / 0.12, rel=1e-9)
+    relative = shell_properties(wedge(tmp_path / "b.bdf", 0.5, 1.5, flag="1"))["thickness"]["7"]
+    x = np.array([[0.0, 0.0, 0.0], [0.25, 0.2, 0.0], [1.0, 0.0, 0.0]])
+    assert relative(x) == pytest.approx([0.01, 0.015, 0.03], rel=1e-9)  # of T = 0.02
+    with pytest.raises(FileError, match=r"has the thickness -?0.* at a corner"):
+        shell_properties(wedge(tmp_path / "c.bdf", 0.0, 0.02))
+    with pytest.raises(FileError, match=r"thicknesses of corners and an offset or plies"):
+        shell_properties(wedge(tmp_path / "d.bdf", 0.01, 0.02, last="0.001"))
+
+
 def test_a_body_from_a_deck(tmp_path: Path) -> None:
     path = nastran(tmp_path / "a.bdf")
     given = shell_properties(path)
