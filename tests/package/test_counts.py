@@ -38,7 +38,7 @@ ROOMS = {
     "kernels": 31844,
     "integrate": 11310,
     "linear": 10700,
-    "imports": 8930,
+    "imports": 9000,
     "kane": 844,
     "literal": 1587,
     "states": 957,

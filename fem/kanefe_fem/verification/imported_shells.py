@@ -31,7 +31,7 @@ from kanefe_fem.shells.body import shell_model
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
 RADIUS, LENGTH, THICKNESS = 0.2, 0.5, 0.01
-"""Of half a cylinder, m: the thickness makes 6e-4 of the moment about its axis."""
+"""Sizes of half a cylinder, m: the thickness makes 6e-4 of the moment about its axis."""
 
 
 @cache
