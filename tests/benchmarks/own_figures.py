@@ -6,19 +6,21 @@ import gc
 import sys
 from collections.abc import Callable
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
 from benchmarks import engine_scenes as ours
-from benchmarks.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, seconds
+from benchmarks.clocks import FEW_ROUNDS, Race, check_agreement, microseconds, repeated, seconds
 from benchmarks.goals import Figure, Goal, median
 from benchmarks.work_precision.rigid_chain import GRAVITY, chain_links, chain_scene
 from benchmarks.work_precision.steel_bar import FREE_MODES, bar_model
 from exact_accelerations import exact_accelerations, is_extended
 from kanefe.equations.model import Model
-from kanefe.joints import JointFriction
+from kanefe.joints import Free, JointFriction, PoseMotion, Revolute
 from kanefe.kernels.bodies import ModalBodies
 from kanefe.kernels.sweeps.elastic import transposed_product
+from kanefe.scene.scene import Frame
 from kanefe.system import System
 
 # Cells of quadratic hexahedra, and the nodes they make.
@@ -27,6 +29,8 @@ MODES = (8, 16, 32)
 
 GROWTH = Goal("rigid chain: t(N=1000) / t(N=100)", 10.5)
 IMPLICIT_GROWTH = Goal("rigid chain, step of generalised-alpha: t(N=1000) / t(N=100)", 13.0)
+COUPLED_GROWTH = Goal("chain with springs between neighbours, step of radau5: t(N=1000) / t(N=100)", 12.0)
+POSED_GROWTH = Goal("rigid chain on a pose by Python functions, right-hand side: t(N=1000) / t(N=100)", 12.0)
 ACCURACY = Goal("rigid chain, N=1000: largest error of du / largest du", 1e-9)
 PRODUCTS = Goal(f"S4, {FREE_MODES} modes: right-hand side / its own k x k products", 4.0)
 MESHES = {modes: Goal(f"S3, {modes} modes: right-hand side on 35k nodes / on 2.7k nodes", 1.05) for modes in MODES}
@@ -56,6 +60,39 @@ def implicit_growth(rounds: int) -> list[Figure]:
     )
     remark = f"{microseconds(race.ours)} and {microseconds(race.theirs)} a step"
     return [IMPLICIT_GROWTH.figure(race.ratio, remark)]
+
+
+def coupled_growth(rounds: int) -> list[Figure]:
+    """Compare first steps of chains whose links have springs to the next: each two make matrices once."""
+
+    def sprung(count: int) -> Model:
+        scene = chain_scene(count)
+        links = [scene.body(f"link {i}") for i in range(count)]
+        for i, (one, other) in enumerate(pairwise(links)):
+            ends = one.frame(at=(0.1, 0.05, 0.0)), other.frame(at=(0.4, 0.05, 0.0))
+            scene.add_spring(f"spring {i}", *ends, stiffness=1e4, damping=10.0)
+        return scene.freeze()
+
+    race = _steps_of(sprung(1000), sprung(100), (2, 2), min(rounds, FEW_ROUNDS), method="radau5")
+    return [COUPLED_GROWTH.figure(race.ratio, f"{microseconds(race.ours)} and {microseconds(race.theirs)} a step")]
+
+
+def posed_growth(rounds: int) -> list[Figure]:
+    """Compare evaluations of chains that hang from a body whose pose functions in Python give."""
+
+    def posed(count: int) -> Callable[[], object]:
+        scene = System(gravity=GRAVITY)
+        heave = PoseMotion(*(lambda t, f=f: (0.0, 0.0, f(t)) for f in (np.sin, np.cos, lambda t: -np.sin(t))))
+        last: Frame = scene.add_frame("deck", joint=Free(motion=heave))
+        for i, link in enumerate(chain_links(count)):
+            numbers = {"mass": link["mass"], "inertia": link["inertia"], "com": link["com"], "at": link["at"]}
+            last = scene.add_rigid_body(f"link {i}", joint=Revolute(link["axis"]), parent=last, **numbers)
+        model = scene.freeze()
+        return partial(model.rhs, 0.3, model.initial_state)
+
+    one, other = posed(1000), posed(100)
+    race = Race(lambda: repeated(one, 100), lambda: repeated(other, 200), rounds)
+    return [POSED_GROWTH.figure(race.ratio, f"{microseconds(race.ours)} and {microseconds(race.theirs)}")]
 
 
 def long_chain_accuracy(rounds: int) -> list[Figure]:
@@ -193,6 +230,8 @@ def _products(model: Model) -> Callable[[int], None]:
 GROUPS = {
     growth: [GROWTH],
     implicit_growth: [IMPLICIT_GROWTH],
+    coupled_growth: [COUPLED_GROWTH],
+    posed_growth: [POSED_GROWTH],
     long_chain_accuracy: [ACCURACY],
     own_products: [PRODUCTS],
     mesh_independence: [*MESHES.values(), MANY_MODES],
