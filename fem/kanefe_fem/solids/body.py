@@ -409,6 +409,7 @@ def _assembly(mesh: Mesh, materials: CellMaterials, team: Team | None) -> Any:
     if mesh.kind in _fenicsx.SHAPES and len(mesh.kinds) == 1:
         assemble: Any = solid_problem.assemble
         if team is not None:
+            on_processes.refuse_losses(materials.losses)
             groups = {
                 name: np.unique(np.concatenate([b.nodes.ravel() for b in blocks]))
                 for name, blocks in mesh.facets.items()

@@ -19,6 +19,7 @@ from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import StressStiffness
 from kanefe.fe_model.shapes import kind_of_order, shape
 from kanefe_fem import _fenicsx
+from kanefe_fem.materials.damping import Losses
 from kanefe_fem.materials.moduli import Moduli
 from kanefe_fem.processes.matrices import SharedRows, TeamMatrix, Told
 from kanefe_fem.processes.team import Team
@@ -171,22 +172,22 @@ def check_owned(owned: Sequence[np.ndarray], nodes: np.ndarray, groups: Mapping[
         )
 
 
+def refuse_losses(losses: Sequence[Losses]) -> None:
+    """Raise a ModelError if materials have damping, whose matrices only one process assembles."""
+    if any(own.damping or own.loss_factor or own.prony for own in losses):
+        raise ModelError(
+            "on several processes this is not possible: damping of materials, which has matrices of its own. Remedy: "
+            "damping=kf.ModalDamping(...) of the body instead, or leave comm= out"
+        )
+
+
 def refuse_one_process(of_model: Mapping[str, Any], of_body: Mapping[str, Any]) -> None:
     """Raise a ModelError for what only one process does, with the reason."""
-    materials = of_model["materials"]
-    lossy = [
-        name
-        for name, one in (materials.items() if isinstance(materials, Mapping) else [("", materials)])
-        if any(getattr(one, loss, None) for loss in ("damping", "loss_factor", "prony"))
-    ]
     refused = {
         "reduction=None keeps all of K, in one process": of_body["reduction"] is None,
         "preload= changes K after it was assembled": of_model["preload"] is not None,
         "forms= adds matrices of its own": of_model["forms"] is not None,
         "lumped= adds entries to K and M": bool(of_model["lumped"]),
-        "damping of materials needs matrices of its own (damping=kf.ModalDamping(...) of the body does not)": bool(
-            lossy
-        ),
     }
     for reason, is_asked in refused.items():
         if is_asked:

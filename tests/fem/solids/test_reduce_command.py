@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from typer.testing import CliRunner
 import kanefe as kf
 from kanefe.errors import KanefeError
 from kanefe_fem.materials.isotropic import Material
+from kanefe_fem.materials.oriented import Oriented
 from kanefe_fem.materials.orthotropic import Orthotropic
 from kanefe_fem.mesh.simple import box_mesh
 from kanefe_fem.solids import reduce_command
@@ -105,17 +107,30 @@ def test_what_one_process_does_alone_is_named() -> None:
     model = {"materials": Material(E=1e9, nu=0.3, rho=1e3), "preload": None, "forms": None, "lumped": ()}
     body = {"reduction": kf.CraigBampton(modes=2)}
     refuse_one_process(model, body)
-    lossy = Material(E=1e9, nu=0.3, rho=1e3, damping=kf.RayleighDamping(stiffness=1e-5))
     for wrong, said in (
         ({"preload": 1}, "preload"),
         ({"lumped": [1]}, "lumped"),
         ({"forms": 1}, "forms"),
-        ({"materials": {"a": lossy}}, "damping of materials"),
     ):
         with pytest.raises(kf.ModelError, match=said):
             refuse_one_process({**model, **wrong}, body)
     with pytest.raises(kf.ModelError, match="reduction=None"):
         refuse_one_process(model, {"reduction": None})
+
+
+@pytest.mark.parametrize(
+    "loss", [{"damping": kf.RayleighDamping(stiffness=1e-5)}, {"loss_factor": 0.1}, {"prony": [(0.1, 1.0)]}], ids=str
+)
+def test_damping_of_materials_is_not_lost(loss: dict[str, Any]) -> None:
+    """The second material has axes of its own, and its damping inside."""
+    from kanefe_fem.materials.of_groups import cell_materials
+    from kanefe_fem.solids.on_processes import refuse_losses
+
+    mesh, lossy = box_mesh((1.0, 0.1, 0.1), (2, 1, 1)), Material(E=1e9, nu=0.3, rho=1e3, **loss)
+    refuse_losses(cell_materials(mesh, {"body": Material(E=1e9, nu=0.3, rho=1e3)}, None, 1.0).losses)
+    for one in (lossy, Oriented(lossy, np.eye(3))):
+        with pytest.raises(kf.ModelError, match="damping of materials"):
+            refuse_losses(cell_materials(mesh, {"body": one}, None, 1.0).losses)
 
 
 def test_groups_that_no_process_has_are_named() -> None:
