@@ -18,6 +18,7 @@ from kanefe.states.constrained_solver import constrained_solver
 from kanefe.states.constraints import constraint_rates, constraint_residuals, held_rows, place_rows
 from kanefe.states.state import State
 from kanefe.tree.model_data import ModelData
+from kanefe.tree.row_rates import RANK_TOLERANCE
 from kanefe.tree.scales import joint_scales, scene_length
 
 CONTACT_TOLERANCE = 1e-15
@@ -45,8 +46,9 @@ class Position:
         return float(np.abs(self.openings).max(initial=0.0))
 
 
-StepOf = Callable[[Position], Vector]
-"""Function of a position that returns the next displacement of all free speeds."""
+StepOf = Callable[[Position, float], Vector]
+"""Function of a position, and of the eigenvalue below which rows depend on others, relative to the largest: returns the
+next displacement of all free speeds."""
 
 
 def project_positions(
@@ -146,7 +148,7 @@ def _position(state: State, rows: np.ndarray | None = None) -> Position:
 def by_metric(columns: np.ndarray, stiffness: Matrix) -> StepOf:
     """Return the step of some of the free speeds that closes the loops and is least in the metric of M + stiffness."""
 
-    def step(position: Position) -> Vector:
+    def step(position: Position, least: float) -> Vector:
         state = position.state
         n = state.model.free_count
         full = np.zeros(n)
@@ -154,7 +156,7 @@ def by_metric(columns: np.ndarray, stiffness: Matrix) -> StepOf:
             rows = constraint_rates(state).over(columns, position.rows)
             metric = (mass_matrix(state)[:n, :n] + stiffness)[np.ix_(columns, columns)]
             solver = constrained_solver(state.model, metric, rows)
-            full[columns] = solver.solve(np.zeros(len(columns)), position.residuals)[0]
+            full[columns] = solver.solve(np.zeros(len(columns)), position.residuals, least)[0]
         return full
 
     return step
@@ -167,9 +169,13 @@ def closed(position: Position, step_of: StepOf, tolerance: float = CLOSING.toler
     for _ in range(CLOSING.largest_iterations):
         if position.worst <= tolerance:
             break
-        step = step_of(position)
-        step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / limits, initial=0.0)), 1e-300))
-        better = _shortened(step, position)
+        # what seems to depend on others, and stays open where these are closed, does not
+        for least in (min(CLOSING.unknown * position.worst**2, CLOSING.largest_unknown), RANK_TOLERANCE):
+            step = step_of(position, least)
+            step *= min(1.0, 1.0 / max(float(np.max(np.abs(step) / limits, initial=0.0)), 1e-300))
+            better = _shortened(step, position)
+            if better is not None or least <= RANK_TOLERANCE:
+                break
         if better is None:
             break
         # closed but for round-off, which gets less by chance: Newton's method would have taken away nearly all

@@ -100,10 +100,14 @@ class ConstrainedSolver:
 
     @cached_property
     def _spectrum(self) -> _Spectrum:
-        return _spectrum(self._scaled)
+        return _spectrum(self._scaled, RANK_TOLERANCE)
 
-    def solve(self, F: Vector, c: Vector) -> tuple[Vector, Vector]:
-        """Return x (n,) and y (m,)."""
+    def solve(self, F: Vector, c: Vector, least: float = RANK_TOLERANCE) -> tuple[Vector, Vector]:
+        """Return x (n,) and y (m,).
+
+        `least`: eigenvalue, relative to the largest, below which rows depend on each other, if it is more than that of
+        round-off.
+        """
         y0 = _solve_lower(self._factor, F - self._J.T @ (self._weights * c))
         open_rows = self._scale * (self._B.T @ y0 + c)
         if self._pushed is not None:
@@ -112,7 +116,8 @@ class ConstrainedSolver:
                 return np.full(len(F), np.nan), np.full(len(open_rows), np.nan)
             y = -self._scale * np.linalg.lstsq(A, open_rows, rcond=RANK_TOLERANCE)[0]
             return _solve_lower(self._factor, y0 + self._pushed @ y, transposed=True), y
-        vectors, inverses = self._spectrum.vectors, self._spectrum.inverses
+        spectrum = _spectrum(self._scaled, least) if least > RANK_TOLERANCE else self._spectrum
+        vectors, inverses = spectrum.vectors, spectrum.inverses
         y = -self._scale * (vectors @ (inverses * (vectors.T @ open_rows)))
         return _solve_lower(self._factor, y0 + self._B @ y, transposed=True), y
 
@@ -126,12 +131,12 @@ class _Spectrum(NamedTuple):
     rank: int
 
 
-def _spectrum(A: Matrix) -> _Spectrum:
+def _spectrum(A: Matrix, tolerance: float) -> _Spectrum:
     groups = groups_of_rows(A)
     found = [np.linalg.eigh(A[np.ix_(rows, rows)]) for rows in groups]
     values = np.concatenate([np.zeros(0), *(own for own, _ in found)])
     largest = float(values.max(initial=0.0))
-    least = RANK_TOLERANCE * max(largest, ROUND_OFF)
+    least = tolerance * max(largest, ROUND_OFF)
     vectors, place = np.zeros(A.shape), 0
     for rows, (own, among) in zip(groups, found, strict=True):
         vectors[rows, place : place + len(own)] = among

@@ -87,6 +87,11 @@ def test_loops_with_flexible_bodies(recipe: Recipe, loops: int) -> None:
     assume(is_closed_as_literally(recipe, loops, 1e-6))
 
 
+def test_rows_that_seem_not_to_depend_on_each_other_move_nothing() -> None:
+    """Those of this loop do where it is closed; beside that, a step that heeds them all goes beyond the nearest."""
+    assert is_closed_as_literally(Recipe(seed=3, bodies=3, elastic=0.4), 1, 1e-6)
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_the_metric_may_have_the_stiffness_of_modes_and_joints(seed: int) -> None:
     model, share = sprung_loop(seed), 1e-4

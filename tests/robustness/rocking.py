@@ -137,7 +137,7 @@ def tossed_cube(seed: int) -> tuple[System, float]:
 
 def settling(effort: Effort) -> Iterator[Finding]:
     """Let blocks rock, followers float and cubes tumble, from random starts."""
-    # by 0.3 s all have met; the stack of seed 4 has some 800 events by then, that of seed 0 takes 30 s for them
+    # by 0.3 s all have met; the stack of seed 4 has some 800 events by then
     count, first, longest = effort.count(1000, 3), effort.count(0, 4), 0.3 if effort.is_quick else math.inf
     scenes: tuple[tuple[str, Callable[[int], tuple[System, float]], float, int, str], ...] = (
         ("rocking blocks", rocking_block, 0.0, 1, "events end"),

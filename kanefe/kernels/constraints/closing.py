@@ -46,10 +46,6 @@ class Limits(NamedTuple):
     """Fraction of the gaps left by a step above which the inertias are eliminated again."""
     round_off: float = 4.0 * float(np.finfo(float).eps)
     """Gap, relative to the scene's length or in rad, that no step closes further."""
-    unknown: float = 100.0
-    largest_unknown: float = 1e-6
-    """Pivot below which a row may in fact depend on others, in multiples of the square of the largest gap, and its
-    largest value."""
     near: float = 1e-10
     far: float = 1e-6
     """Gap at the start, relative to the weakest pivot: up to the first value speeds are accurate to round-off after one
@@ -181,8 +177,7 @@ def _close_places(mechanism: Mechanism, worst: float, total: float) -> Progress:
         if not is_factored:
             if not is_swept:
                 _sweep(mechanism, mechanism.here, at.place, mechanism.state.u)
-            # rows that depend on each other in closed loops seem not to, by the square of how far these are open
-            weakest = _eliminate(mechanism, True, min(LIMITS.unknown * worst * worst, LIMITS.largest_unknown))
+            weakest = _eliminate(mechanism, True, min(CLOSING.unknown * worst * worst, CLOSING.largest_unknown))
             if weakest == 0.0:
                 break
             is_factored, is_here, is_swept = True, True, False

@@ -20,6 +20,11 @@ class Closing(NamedTuple):
     """Largest number of times that a step is halved until the gaps of the loops decrease."""
     largest_step: float = 0.4
     """Largest step of one iteration, rad or scene lengths: the loops are approximately linear over it."""
+    unknown: float = 100.0
+    largest_unknown: float = 1e-6
+    """Pivot below which a row may in fact depend on others, in multiples of the square of the largest gap, and its
+    largest value: rows that depend on each other in closed loops seem not to, by the square of how far these are
+    open."""
 
 
 CLOSING = Closing()
