@@ -69,6 +69,11 @@ class FieldsAtTimes:
         self.level = level
         self._envelopes: dict[tuple[str, str], Envelope] = {}
 
+    def __repr__(self) -> str:
+        """Return the body and the times."""
+        of_times = f"{len(self.times)} times from {self.times[0]:g} to {self.times[-1]:g} s"
+        return f"{type(self).__name__}({self.name!r}, {of_times})"
+
     @property
     def times(self) -> np.ndarray:
         """Times of the fields, shape (T,), s."""

@@ -27,7 +27,7 @@ from kanefe_fem.solids import forms as solid_forms
 from kanefe_fem.solids.problem import SolidProblem, form_of_stress, solid_problem, stiffness_and_mass
 
 
-class _Given(NamedTuple):
+class _GivenCells(NamedTuple):
     """The mesh and its material, as the leader has them: the arguments of `assemble`."""
 
     nodes: np.ndarray
@@ -122,7 +122,7 @@ def assemble(
     with _fenicsx.quiet(), _fenicsx.compiling(fx):
         order = solid_problem(fx, nodes, connectivity, kind, straight).order_of_nodes
     clock.append(time.perf_counter())
-    given = _Given(nodes, connectivity, moduli, density)
+    given = _GivenCells(nodes, connectivity, moduli, density)
     part, numbers = team.run(_spread, kind, straight, connectivity.shape[1], own=given)
     clock.append(time.perf_counter())
     place = np.empty(len(order), dtype=np.int64)
@@ -200,7 +200,7 @@ def _loaded(team: Team, own: None) -> None:
 
 
 def _spread(
-    team: Team, own: _Given | None, kind: str, straight: bool, width: int
+    team: Team, own: _GivenCells | None, kind: str, straight: bool, width: int
 ) -> tuple[int, list[list[np.ndarray]]]:
     """Spread the mesh; keep the `_Part`, and return nodes of each process: all, its own, and those of scalar rows."""
     fx = SimpleNamespace(**{**vars(_fenicsx.load()), "comm": team.comm})

@@ -29,7 +29,7 @@ WITH_HELP = f"Keywords of solid_body, such as \"order=1, cells='arm'\": {', '.jo
 
 
 @dataclass(frozen=True)
-class _Given:
+class _GivenOptions:
     """The arguments of `solid_body` from those of the command."""
 
     materials: Any
@@ -67,15 +67,15 @@ def reduce(
     """
     comm = _fenicsx.world()
 
-    def read(_: object) -> _Given:
+    def read(_: object) -> _GivenOptions:
         if out.suffix != ".npz":
             raise ModelError(f"--out {out} must end with .npz, the format of bodies. Remedy: {out.with_suffix('.npz')}")
         reduction = kf.CraigBampton(modes, up_to, loads=tuple(load or ()))
         ratio = None if damping is None else kf.ModalDamping(damping)
-        return _Given(_materials(materials), _interfaces(interface or []), reduction, ratio, _keywords(more))
+        return _GivenOptions(_materials(materials), _interfaces(interface or []), reduction, ratio, _keywords(more))
 
     began = time.perf_counter()
-    given: _Given = comm.bcast(led(comm, read))  # read once, so that there is one message
+    given: _GivenOptions = comm.bcast(led(comm, read))  # read once, so that there is one message
     body = solid_body(mesh, given.materials, given.interfaces, given.reduction, given.damping, comm=comm, **given.more)
     if body is not None:
         body.save(out)

@@ -203,3 +203,8 @@ def test_a_page_has_the_stress_of_the_recovery():
     moved = placed(told, part, 1) - result.nodal_positions("bar", frames=1, nodes=nodes)
     # digits of places in a room of some metres
     assert np.abs(moved).max() < 1e-6
+
+
+def test_fields_say_of_what_they_are():
+    fields = recover(cantilever(), "bar", frames=[0, 1])
+    assert repr(fields) == f"Recovery('bar', 2 times from 0 to {fields.times[1]:g} s)"
