@@ -142,8 +142,9 @@ def test_gravity_gives_what_the_potential_loses(slopes: str) -> None:
     model = excited(scene_of(lattice_body(1, reduction=CB), slopes, tuple(gravity)).freeze())
     run = tight(model)
     energy, linear, _ = invariants(model, run)
-    assert drift(energy) < 1e-10
     mass = model.bodies[0].flexible.body.mass + model.bodies[1].rigid.mass
+    kinetic = 0.5 * np.sum(linear**2, axis=1).max() / mass  # the sum with the potential may be nothing by chance
+    assert abs(energy - energy[0]).max() < 1e-10 * kinetic
     fall = linear - linear[0] - mass * run.times[:, None] * gravity
     assert abs(fall).max() < 1e-9 * abs(linear).max()
 
