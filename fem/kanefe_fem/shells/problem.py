@@ -78,6 +78,7 @@ class ShellProblem:
 
     def __init__(self, nodes: np.ndarray, directors: Directors, given: ShellCells) -> None:
         self.fx = fx = _fenicsx.load()
+        self.nodes = nodes
         self.element = element = shape(given.cells.kind)
         self.mesh = _fenicsx.create_mesh(fx, nodes, given.cells.nodes, element, 3)
         original = np.asarray(self.mesh.topology.original_cell_index)

@@ -3,7 +3,8 @@
 ``1/2 q K_g q = int N : e2 + M : k2 + Q . g2`` with the strains of `kanefe_fem.shells.forms.Surface.second`, in which
 directors turn without growing and rotations at the nodes are rotation vectors. Forces come from the strains of the
 stiffness, by its rules and its assumed strains, so that a rigid turn of a loaded shell is not resisted, to round-off:
-``K_g`` times a turn is the turn of the forces at the nodes.
+``K_g`` times a turn is the turn of the forces at the nodes. Motions in the surface which assumed strains do not see
+have no part: see `kanefe_fem.shells.unresisted`.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import scipy.sparse as sp
 from kanefe.fe_model.model import StressStiffness
 from kanefe_fem import _fenicsx
 from kanefe_fem.shells.problem import RULES, ShellProblem
+from kanefe_fem.shells.unresisted import unresisted_work
 
 
 class _Stressed:
@@ -82,15 +84,18 @@ class _Stressed:
             inner, made = self._bubble
             inner.x.array[:] = -(made @ own)
         total = sum(_fenicsx.assemble_matrix(one.fx, form) for form in self._of_points)
+        unresisted = sp.csr_matrix((6 * len(u), 6 * len(u)))
         if not one.element.is_simplex:
             made, form = self._of_moments
-            for function, forces in made:
-                _fenicsx.put_in_cells(function, (forces @ own).reshape(len(one.cells), -1))
+            of_cells = [(forces @ own).reshape(len(one.cells), -1) for _, forces in made]
+            for (function, _), values in zip(made, of_cells, strict=True):
+                _fenicsx.put_in_cells(function, values)
             total = total + _fenicsx.assemble_matrix(one.fx, form)
+            unresisted = unresisted_work(one.cells, one.nodes, one.normals, of_cells[0])
         if one.curved:
             layer, form = self._of_layers
             total = total + one.over_layers(form, layer)
-        return one.in_order_of_nodes(total, len(u))
+        return one.in_order_of_nodes(total, len(u)) - unresisted
 
 
 def stress_stiffness(problems: Sequence[ShellProblem], count: int) -> StressStiffness:

@@ -187,8 +187,9 @@ def buckling(reference: Reference) -> Iterator[Check]:
     one.hold(np.abs(x) < 1e-9, "x ry rz")
     one.hold(at(z, 0.0), "x y z rz")
     one.hold(at(z, length), "x y rz")
-    found = critical_loads(one, on_lines(one, {"top": (0.0, 0.0, -1.0)}), 1) / (np.pi / 2.0)
-    yield relative("N R sqrt(3)/(E t^2), compressed cylinder", found / (E * t**2 / np.sqrt(3.0)), 1.0, 5e-3)
+    # 1 for thin shells; shear takes 0.34 % of it, and the work of the stress on the stretch of bent fibres 0.29 %
+    found = critical_loads(one, on_lines(one, {"top": (0.0, 0.0, -1.0)}), 1) / (np.pi / 2.0) / (E * t**2 / np.sqrt(3.0))
+    yield relative("N R sqrt(3)/(E t^2), compressed cylinder", found, reference.values["cylinder"], 1e-3)
 
 
 def on_lines(one: Shell, totals: dict[str, tuple[float, float, float]]) -> np.ndarray:
