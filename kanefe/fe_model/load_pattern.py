@@ -7,20 +7,26 @@ undeformed area. So a uniform traction t (components in G) on the surface does t
 
 with ``A = int dA``, ``X_1 = int X dA`` and ``S = int Psi dA``: three constants, whatever the mesh. The constants of a
 pressure p are those of the undeformed surface, ``-int n dA``, ``-int X x n dA`` and ``-int Psi^T n dA``. Their change
-with the deformation is of first order in eta and is left out: the rotation of the normals and the displacement of the
-points together, since the resultant on a closed surface stays zero only with both or neither.
+with the deformation is of first order in eta: the turn and growth of the surface and the displacement of its points
+together, since the resultant on a closed surface stays zero only with all or none of them. A pressure that follows the
+surface has it, ``p (f + K eta)``; others leave it out.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
+from kanefe.fe_model.pressure_change import PressureChange
+from kanefe.storage.scipy_later import sp
+
 PatternKind = Literal["surface", "line"]
 
-ARRAYS = ("first", "shape_first", "pressure_force", "pressure_moment", "pressure_elastic", "quadratic_first")
+_OF_PRESSURE = ("pressure_force", "pressure_moment", "pressure_elastic", "pressure_change")
+
+ARRAYS = ("first", "shape_first", *_OF_PRESSURE, "quadratic_first")
 """Names of the arrays of a `LoadPattern`, in order."""
 
 
@@ -43,6 +49,9 @@ class NodalPattern:
         Resultant of a unit pressure, and its moment about G's origin: N/Pa and N m/Pa. Zero for a line.
     cells : ndarray of int, or None
         Numbers of the elements of a line of beams. None: not known, or a surface.
+    pressure_change : PressureChange or None
+        Change of `pressure_force`, `pressure_moment` and `pressure` with the displacements (m, rad): see
+        `kanefe.fe_model.pressure_change`. None: not known, so that no pressure can follow the surface.
     """
 
     kind: PatternKind
@@ -53,6 +62,7 @@ class NodalPattern:
     pressure_force: np.ndarray
     pressure_moment: np.ndarray
     cells: np.ndarray | None = None
+    pressure_change: PressureChange | None = None
 
     @classmethod
     def of_nodes(
@@ -62,6 +72,7 @@ class NodalPattern:
         shares: np.ndarray,
         pressure: np.ndarray | None = None,
         kind: PatternKind = "surface",
+        pressure_change: PressureChange | None = None,
     ) -> NodalPattern:
         """Return the pattern of Lagrange elements; nodal rotations (if any) do not affect their displacement field.
 
@@ -75,6 +86,8 @@ class NodalPattern:
             ``int N_i dA``, the share of each node in the area (m2) or length (m); zero off the surface.
         pressure : ndarray, shape (n, 3), optional
             ``-int N_i n dA`` with the outward normal n, the force on each node of a unit pressure, N/Pa.
+        pressure_change : PressureChange, optional
+            Its change with the displacements.
 
         Examples
         --------
@@ -101,11 +114,21 @@ class NodalPattern:
             pressure=rows,
             pressure_force=resultant,
             pressure_moment=moment,
+            pressure_change=pressure_change,
+        )
+
+    def moved_by(self, motion: sp.csr_matrix) -> NodalPattern:
+        """Return the pattern over other coordinates, by which the components of this one move, (N, others)."""
+        return replace(
+            self,
+            traction=motion.T @ self.traction,
+            pressure=None if self.pressure is None else motion.T @ self.pressure,
+            pressure_change=None if self.pressure_change is None else self.pressure_change.moved_by(motion),
         )
 
     def projected(self, name: str, basis: np.ndarray) -> LoadPattern:
-        """Return the pattern of a body with the basis Psi, shape (N, K)."""
-        count = basis.shape[1]
+        """Return the pattern of a body with the basis Psi, shape (N, K); a sparse one has no change."""
+        count, change = basis.shape[1], self.pressure_change
         return LoadPattern(
             name=name,
             kind=self.kind,
@@ -116,6 +139,7 @@ class NodalPattern:
             pressure_force=np.array(self.pressure_force, dtype=float),
             pressure_moment=np.array(self.pressure_moment, dtype=float),
             pressure_elastic=np.zeros(count) if self.pressure is None else self.pressure @ basis,
+            pressure_change=None if change is None or sp.issparse(basis) else change.over(basis),
         )
 
 
@@ -141,6 +165,9 @@ class LoadPattern:
         -int Psi_i . n dA.
     quadratic_first : ndarray, shape (3, K, K), or None
         int H_a dA of the second-order displacement ``1/2 eta^T H_a eta``: stiffening by a traction.
+    pressure_change : ndarray, shape (6 + K, K), or None
+        Change of `pressure_force`, `pressure_moment` and `pressure_elastic` with the coordinates; with stiffening
+        "full", the last part has what the stress of a unit pressure does to the stiffness too. None: not known.
     """
 
     name: str
@@ -153,6 +180,7 @@ class LoadPattern:
     pressure_moment: np.ndarray
     pressure_elastic: np.ndarray
     quadratic_first: np.ndarray | None = None
+    pressure_change: np.ndarray | None = None
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays by name, for a file."""
@@ -182,10 +210,12 @@ class LoadPattern:
             place, S = place + 0.5 * (bent @ eta), S + bent
         return self.measure * traction, np.cross(place, traction), S.T @ traction
 
-    def of_pressure(self, pressure: float, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the forces of a uniform pressure in Pa, as `of_traction`, for the first `count` coordinates."""
-        return (
-            pressure * self.pressure_force,
-            pressure * self.pressure_moment,
-            pressure * self.pressure_elastic[:count],
-        )
+    def of_pressure(
+        self, pressure: float, eta: np.ndarray, follows: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the forces of a uniform pressure in Pa, as `of_traction`; of one that `follows` the surface."""
+        force, moment, elastic = self.pressure_force, self.pressure_moment, self.pressure_elastic[: len(eta)]
+        if follows and self.pressure_change is not None:
+            change = self.pressure_change[: 6 + len(eta), : len(eta)] @ eta
+            force, moment, elastic = force + change[:3], moment + change[3:6], elastic + change[6:]
+        return pressure * force, pressure * moment, pressure * elastic

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError, outside
 from kanefe.fe_model.damping import real_matrix
+from kanefe.fe_model.given_pattern import check_pattern
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
     COMPONENTS,
@@ -28,7 +29,7 @@ from kanefe.fe_model.model import (
     Stresses,
     StressStiffness,
 )
-from kanefe.frames import numbers, skew
+from kanefe.frames import numbers
 from kanefe.imports.given_field import check_added_mass, check_field_mass, checked_field
 from kanefe.imports.mass_completion import completed_mass_field, estimated_part
 from kanefe.imports.mass_properties import ROUND_OFF
@@ -192,7 +193,7 @@ def model_from_matrices(
         stresses=more.pop("stresses", None),
     )
     for name, pattern in model.load_patterns.items():
-        _check_pattern(model, name, pattern)
+        check_pattern(model, name, pattern)
     found = self_check(model, **cast(Expected, more))
     _check_entries(sp.csr_matrix(read), sp.csr_matrix(0.5 * (read + read.T)))
     return _told(replace(model, provenance={**model.provenance, "self_check": found.as_dict()}), share, source)
@@ -371,29 +372,3 @@ def _group(name: str, numbers: int | Sequence[int], points: np.ndarray) -> NodeG
     if chosen.dtype.kind not in "iu" or not len(chosen) or chosen.min() < 0 or chosen.max() >= len(points):
         raise ModelError(f"group {name!r} must be node numbers from 0 to {len(points) - 1}, not {numbers!r}")
     return NodeGroup(np.unique(chosen), points[np.unique(chosen)].mean(axis=0))
-
-
-def _check_pattern(model: FiniteElementModel, name: str, pattern: NodalPattern) -> None:
-    """Check that the nodal forces of a load pattern do the work of its resultants on rigid motions."""
-    if not isinstance(pattern, NodalPattern):
-        raise ModelError(f"load pattern {name!r} must be a NodalPattern, such as of NodalPattern.of_nodes")
-    pressure = np.zeros(model.size) if pattern.pressure is None else np.asarray(pattern.pressure)
-    if np.shape(pattern.traction) != (model.size, 3) or pressure.shape != (model.size,):
-        raise ModelError(
-            f"load pattern {name!r} has forces of shape {np.shape(pattern.traction)} and {pressure.shape}, the model "
-            f"has {model.size} degrees of freedom. Remedy: the nodes and components of the matrices, in their order"
-        )
-    if not pattern.measure > 0 or not np.all(np.isfinite(np.column_stack((pattern.traction, pressure)))):
-        raise ModelError(f"load pattern {name!r} must have finite forces and an area or length above zero")
-    present = [TRANSLATIONS.index(c) for c in model.components if c in TRANSLATIONS]
-    seen = present + [3 + a for a in range(3) if {0, 1, 2} - {a} <= set(present)]  # rotations that move these
-    given = np.vstack((pattern.measure * np.eye(3), skew(pattern.first)))[:, present]
-    given = np.column_stack((given, np.concatenate((pattern.pressure_force, pattern.pressure_moment))))[seen]
-    forces = np.column_stack((np.asarray(pattern.traction)[:, present], pressure))
-    error = abs((model.rigid_modes().T @ forces)[seen] - given)
-    reach = 1.0 + np.linalg.norm(model.nodes, axis=1).max()
-    if error.max() > ROUND_OFF * pattern.measure * reach:
-        raise ModelError(
-            f"the nodal forces of load pattern {name!r} have another resultant than its area, first moment and "
-            f"pressure say (they differ by {error.max():.3g}). Remedy: check the order of the nodes"
-        )

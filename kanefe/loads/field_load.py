@@ -28,7 +28,8 @@ class FieldLoad(ValuedLoad):
         The surface or line.
     is_pressure : bool
     follows : bool
-        True: components of G (a following load); False: of N. A pressure always follows.
+        True: components of G (a following load); False: of N. A pressure always turns with G; True: it follows the
+        deformed surface too.
     takes_state : bool
         Whether the function takes the state besides the time.
     """
@@ -40,12 +41,15 @@ class FieldLoad(ValuedLoad):
     follows: bool
     takes_state: bool = False
 
-    is_spread = True
-
     @property
     def turns(self) -> bool:
         """Whether it is a pressure, or follows its body."""
         return self.is_pressure or self.follows
+
+    @property
+    def turns_with_frame(self) -> bool:
+        """Whether it turns with G alone, and not as its surface deforms."""
+        return self.is_pressure != self.follows
 
     def unit(self, of_joint: Sequence[str]) -> str:
         """Return N/m on a line, else Pa."""
@@ -62,5 +66,5 @@ class FieldLoad(ValuedLoad):
         """Return the forces on translation and rotation of G (in its components) and on the coordinates `eta`."""
         value = self.value(t, state)
         if self.is_pressure:
-            return self.pattern.of_pressure(float(value), len(eta))
+            return self.pattern.of_pressure(float(value), eta, self.follows)
         return self.pattern.of_traction(value if self.follows else A_NG.T @ value, eta)

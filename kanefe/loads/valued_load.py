@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from math import isfinite
 from time import perf_counter
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -37,14 +37,16 @@ class ValuedLoad:
         t, or (t, state), -> the value.
     takes_state : bool
         Whether the function takes the state besides the time.
-    is_spread : bool
-        Whether it acts on a surface or a line.
     """
 
     label: str
     function: Callable[..., Any]
     takes_state: bool
-    is_spread: ClassVar[bool] = False
+
+    @property
+    def turns_with_frame(self) -> bool:
+        """Whether it acts on a surface or line, and turns with the mesh frame alone, not as its body deforms."""
+        return False
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -32,6 +32,7 @@ import scipy.sparse as sp
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import ModelError
+from kanefe.fe_model.load_pattern import LoadPattern
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel, rigid_motion
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.fe_model.ties import Tie
@@ -56,12 +57,15 @@ class Stiffening:
         H of the translation and rotation vector of each interface frame. Empty with "inertial".
     patterns : dict of str to ndarray, shape (3, K, K)
         int H_b dA of each load pattern. Empty with "inertial".
+    pressures : dict of str to ndarray, shape (K, K)
+        -int H . n dA of each surface whose change with the displacements is known. Empty with "inertial".
     """
 
     first: np.ndarray
     second: np.ndarray
     interfaces: dict[str, np.ndarray] = field(default_factory=dict)
     patterns: dict[str, np.ndarray] = field(default_factory=dict)
+    pressures: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,8 +132,11 @@ def second_order_motion(problem: StaticProblem, basis: np.ndarray, level: Stiffe
     if level == "full":
         for tie in problem.ties.ties:
             found.interfaces[tie.name] = _second_order(problem, _frame_loads(problem, tie), basis)
-        for name in model.load_patterns:
-            found.patterns[name] = _second_order(problem, _pattern_loads(model, name, problem.size), basis)
+        for name, pattern in model.load_patterns.items():
+            found.patterns[name] = _second_order(problem, _pattern_loads(name, pattern.traction, problem), basis)
+            if pattern.pressure_change is not None and pattern.pressure is not None:
+                unit = _pattern_loads(name, pattern.pressure[:, None], problem)
+                found.pressures[name] = _second_order(problem, unit, basis)[0]
     return found
 
 
@@ -139,8 +146,15 @@ def stiffened(body: FlexibleBody, found: Stiffening) -> FlexibleBody:
         body,
         moments=replace(body.moments, quadratic_first=found.first, quadratic_second=found.second),
         interfaces=tuple(replace(f, quadratic=found.interfaces.get(f.name)) for f in body.interfaces),
-        load_patterns=tuple(replace(p, quadratic_first=found.patterns.get(p.name)) for p in body.load_patterns),
+        load_patterns=tuple(_stiffened_pattern(p, found) for p in body.load_patterns),
     )
+
+
+def _stiffened_pattern(pattern: LoadPattern, found: Stiffening) -> LoadPattern:
+    change, by_stress = pattern.pressure_change, found.pressures.get(pattern.name)
+    if change is not None and by_stress is not None:
+        change = np.vstack((change[:6], change[6:] + by_stress))
+    return replace(pattern, quadratic_first=found.patterns.get(pattern.name), pressure_change=change)
 
 
 def _second_order(problem: StaticProblem, loads: _UnitLoads, coordinates: np.ndarray) -> np.ndarray:
@@ -215,10 +229,11 @@ def _frame_loads(problem: StaticProblem, tie: Tie) -> _UnitLoads:
     return _UnitLoads([tie.name] * 6, np.zeros((model.size, 6)), tied, np.zeros((_point_rows(model), 6)))
 
 
-def _pattern_loads(model: FiniteElementModel, name: str, size: int) -> _UnitLoads:
-    """Return unit tractions along the axes of G."""
-    traction = np.asarray(model.load_patterns[name].traction, dtype=float)
-    return _UnitLoads([name] * 3, traction, np.zeros((size, 3)), np.zeros((_point_rows(model), 3)))
+def _pattern_loads(name: str, forces: np.ndarray, problem: StaticProblem) -> _UnitLoads:
+    """Return unit tractions along the axes of G, or a unit pressure, as forces (N, m)."""
+    count = forces.shape[1]
+    points = np.zeros((_point_rows(problem.model), count))
+    return _UnitLoads([name] * count, np.asarray(forces, dtype=float), np.zeros((problem.size, count)), points)
 
 
 def _point_rows(model: FiniteElementModel) -> int:

@@ -108,14 +108,19 @@ class FieldLoadMethods(Scene):
         function, takes = _vector(self._entries, load, label)
         entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
 
-    @checked("surface")
+    @checked("surface", "follows")
     def add_pressure(
-        self, member: FlexibleMember | SegmentedMember, surface: str, pressure: Callable[..., Any] | float
+        self,
+        member: FlexibleMember | SegmentedMember,
+        surface: str,
+        pressure: Callable[..., Any] | float,
+        *,
+        follows: bool = False,
     ) -> None:
         """Apply a uniform pressure to the outer side of a surface of a flexible body.
 
-        It follows G and acts on the undeformed surface: the rotation of normals and the displacement of points by the
-        deformation, both of first order, are neglected. It is not suitable for large deformation.
+        It turns with the mesh frame G. Where it does not follow the surface, it acts on the undeformed one: the turn
+        and growth of the surface and the displacement of its points by the deformation are neglected.
 
         Parameters
         ----------
@@ -124,28 +129,39 @@ class FieldLoadMethods(Scene):
             A surface of the body: ``solid_body(..., surfaces=["top"])``.
         pressure : float or callable t, or (t, state), -> float
             Pa, positive if it pushes inward.
+        follows : bool
+            True: it acts on the deformed surface, to first order in the coordinates of the body. With stiffening
+            "full" the stress of the pressure stiffens the body, or buckles it. Where the surface has a free edge, such
+            a load has no potential; the balance of energy books its work.
 
         Raises
         ------
         ModelError
-            If the body is rigid or has no such surface, or it is a line.
+            If the body is rigid or has no such surface, or it is a line; if `follows`, and the body is not reduced or
+            its maker does not know how the surface deforms.
 
         Examples
         --------
         >>> scene.add_pressure(arm, "top", lambda t: 1e5 * min(t, 1.0))       # doctest: +SKIP
+        >>> scene.add_pressure(tube, "outside", 2e5, follows=True)            # doctest: +SKIP
         """
         from kanefe.loads.field_load import FieldLoad
 
         label = f"the pressure on {surface!r} of {_name(member)}"
         if isinstance(member, SegmentedMember):
             for part in member.carrying(surface, label):
-                self.add_pressure(part, surface, pressure)
+                self.add_pressure(part, surface, pressure, follows=follows)
             return
         entry, pattern = self._loaded(member, surface, label)
         if not pattern.has_pressure:
             raise ModelError(f"{label}: a {pattern.kind} without an outside has no pressure. Remedy: a load by vector")
+        if follows and pattern.pressure_change is None:
+            raise ModelError(
+                f"{label} cannot follow its surface: the body is unreduced, or made from matrices without "
+                "NodalPattern(pressure_change=...). Remedy: a reduction, shell_body or solid_body, or follows=False"
+            )
         function, takes = _scalar(self._entries, pressure, label)
-        entry.field_loads.append(FieldLoad(label, function, pattern, True, True, takes))
+        entry.field_loads.append(FieldLoad(label, function, pattern, True, follows, takes))
 
     def _add_to_sections(self, member: FlexibleMember, line: str, load: VectorLoad, follows: bool, label: str) -> None:
         """Add a load per length as forces on the Gauss points of an exact beam, by whose sums it integrates."""

@@ -27,6 +27,7 @@ SAVED_CLASSES = {
     "nodal pattern": "kanefe.fe_model.load_pattern:NodalPattern",
     "node group": "kanefe.fe_model.model:NodeGroup",
     "node shares": "kanefe.fe_model.node_shares:NodeShares",
+    "pressure change": "kanefe.fe_model.pressure_change:PressureChange",
     "ribs": "kanefe.fe_model.ribs:Ribs",
     "section frame": "kanefe.bodies.exact.beam:SectionFrame",
     "shell stack": "kanefe.fe_model.shell_stack:ShellStack",

@@ -48,7 +48,8 @@ def unstiffened(model: ModelData) -> Iterator[tuple[int, str]]:
             if frame is not None and _lacks(model, number, frame):
                 yield number, load.label
         for field_load in body.field_loads:
-            if not field_load.is_pressure and field_load.pattern.quadratic_first is None and _stiffens(body):
+            may_stiffen = field_load.follows or not field_load.is_pressure
+            if may_stiffen and field_load.pattern.quadratic_first is None and _stiffens(body):
                 yield number, field_load.label
     for load_between in model.loads:
         for marker in load_between.ends:

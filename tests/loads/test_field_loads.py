@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 
 import kanefe as kf
 from kanefe.errors import FileError, ModelError
@@ -20,6 +21,7 @@ from kanefe.kane.energy import elastic_energy, gravity_energy, kinetic_energy, l
 from kanefe.kane.reactions import joint_reactions
 from kanefe.reduction import flexible_body
 from kanefe.states.state import State
+from random_scenes import any_change
 from scenes import derivatives, lattice_model, path, random_inertia, random_state, unit_axis
 
 T = 0.2
@@ -33,7 +35,9 @@ def patterned(seed: int = 0, interfaces: dict | None = None, reduction: Any = No
     edge = np.zeros(len(model.nodes))
     edge[list(EDGE)] = list(EDGE.values())
     patterns = {
-        "side": NodalPattern.of_nodes(model.nodes, model.components, shares, normals),
+        "side": NodalPattern.of_nodes(
+            model.nodes, model.components, shares, normals, pressure_change=any_change(model.size)
+        ),
         "edge": NodalPattern.of_nodes(model.nodes, model.components, edge, kind="line"),
     }
     held = {"root": "clamped", "tip": "rigid"} if interfaces is None else interfaces
@@ -124,12 +128,39 @@ def test_a_pressure_is_the_sum_of_following_nodal_forces_on_the_undeformed_body(
     np.testing.assert_allclose(without - with_load, resultant, rtol=0, atol=1e-12 * abs(without).max())
 
 
+@pytest.mark.parametrize("make", BODIES.values(), ids=BODIES)
+def test_a_pressure_that_follows_its_surface_changes_with_the_coordinates(make: Any) -> None:
+    body = make()
+    model, size = body.load_pattern("side"), len(body.nodes) * len(body.components)
+    scene, arm = scene_of(6, body)
+    scene.add_pressure(arm, "side", 2.0, follows=True)
+    fixed, other = scene_of(6, body)
+    fixed.add_pressure(other, "side", 2.0)
+    ours, theirs = scene.freeze(), fixed.freeze()
+    q, u = random_state(ours, 3)
+    terms = ours.bodies[1].flexible
+    eta = q[terms.eta]
+    change = any_change(size).over(np.eye(size))
+    moved = 2.0 * (change @ (body.basis[:, : body.free_count] @ eta))
+    states = [State(one, T, q, u) for one in (ours, theirs)]
+    (_, with_change), (_, without) = (assemble(state) for state in states)
+    G = states[0].motions[1]
+    expected = G.V.T @ moved[:3] + G.W.T @ moved[3:6]
+    expected[terms.speeds] += body.basis[:, : body.free_count].T @ moved[6:]
+    np.testing.assert_allclose(with_change - without, expected, rtol=0, atol=1e-12 * abs(with_change).max())
+    rates = [joint_reactions(state, np.zeros_like(u))[1] for state in states]
+    np.testing.assert_allclose(rates[1] - rates[0], moved[:6], rtol=0, atol=1e-12 * abs(rates[0]).max())
+    wanted = np.vstack((change[:6] @ body.basis, body.basis.T @ (change[6:] @ body.basis)))
+    np.testing.assert_allclose(model.pressure_change, wanted, atol=1e-13 * abs(wanted).max())
+
+
 def loaded(seed: int, body: kf.FlexibleBody) -> kf.System:
     scene, arm = scene_of(seed, body)
     scene.add_traction(arm, "side", lambda t: np.array([0.3, 0.1 + t, -0.2]))
     scene.add_traction(arm, "side", (0.2, -0.3, 0.1), follows=True)
     scene.add_line_load(arm, "edge", (0.2, 0.3, -0.1))
     scene.add_pressure(arm, "side", lambda t: 0.4 * np.cos(t))
+    scene.add_pressure(arm, "side", lambda t: 0.1 * np.sin(t), follows=True)
     return scene
 
 
@@ -227,6 +258,19 @@ class TestBadInput:
         with pytest.raises(ModelError, match=r"It has: none\. Remedy.*surfaces="):
             bare.add_traction(other, "top", (0, 0, 1))
 
+    def test_a_pressure_follows_no_surface_whose_change_is_not_known(self) -> None:
+        scene, arm = scene_of(0, patterned(0))
+        with pytest.raises(ModelError, match="a line without an outside has no pressure"):
+            scene.add_pressure(arm, "edge", 1.0, follows=True)
+        with pytest.raises(ModelError, match="follows= of add_pressure must be True or False"):
+            scene.add_pressure(arm, "side", 1.0, follows=1)  # type: ignore[arg-type]
+        model = lattice_model(0)
+        bare = NodalPattern.of_nodes(model.nodes, model.components, *side_forces(model.nodes, model.components))
+        body = flexible_body(replace(model, load_patterns={"side": bare}), {"root": "clamped", "tip": "rigid"})
+        scene, arm = scene_of(0, body)
+        with pytest.raises(ModelError, match=r"the pressure on 'side' of 'arm' cannot follow its surface.*Remedy"):
+            scene.add_pressure(arm, "side", 1.0, follows=True)
+
     def test_a_line_is_no_surface(self) -> None:
         scene, arm = scene_of(0, patterned(0))
         with pytest.raises(ModelError, match="Remedy: add_line_load"):
@@ -299,6 +343,12 @@ class TestGivenMatrices:
             self.given(replace(pattern, traction=np.full((27, 3), np.nan)))
         with pytest.raises(ModelError, match="must be a NodalPattern"):
             self.given(shares)
+        with pytest.raises(ModelError, match="pressure_change of load pattern 'side' must be a PressureChange"):
+            self.given(replace(pattern, pressure_change=sp.csr_matrix((27, 27))))
+        with pytest.raises(ModelError, match=r"pressure_change .* shapes .*\(12, 24\).*, of 27 components"):
+            self.given(replace(pattern, pressure_change=any_change(24)))
+        with pytest.raises(ModelError, match="does not turn the resultant of load pattern 'side' with the body"):
+            self.given(replace(pattern, pressure_change=any_change(27)))
 
 
 def test_a_file_of_the_version_before_is_refused(tmp_path: Any) -> None:

@@ -51,7 +51,7 @@ ROOMS = {
     "views": 3457,
     "studies": 3433,
     "bodies": 3275,
-    "fe_model": 3830,
+    "fe_model": 4070,
     "environment": 2836,
     "scene": 2816,
     "reduction": 3090,

@@ -165,7 +165,12 @@ adds(
 )
 adds(
     "kanefe.System.add_pressure",
-    lambda s: {"member": s.add_flexible_body("solid", loaded_body()), "surface": "right", "pressure": 1.0},
+    lambda s: {
+        "member": s.add_flexible_body("solid", loaded_body()),
+        "surface": "right",
+        "pressure": 1.0,
+        "follows": True,
+    },
 )
 adds(
     "kanefe.System.add_traction",

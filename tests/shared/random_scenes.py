@@ -11,12 +11,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from hypothesis import strategies as st
 
 import kanefe as kf
 from bent_bodies import bent
 from kanefe.equations.model import Model
 from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.fe_model.pressure_change import PressureChange
 from kanefe.frames import euler_parameters_from_matrix, rotation_matrix
 from kanefe.joints.base import ScalarJoint
 from kanefe.reduction import flexible_body
@@ -64,6 +66,15 @@ BODIES: dict[str, dict[str, Any]] = {
 }
 
 
+def any_change(size: int) -> PressureChange:
+    """Return how a pressure changes with the displacements of a model with so many: any numbers will do."""
+    rng = np.random.default_rng(size)
+    across, motion, second = (
+        sp.csr_matrix(0.3 * rng.standard_normal(shape)) for shape in ((12, 12), (12, size), (size, size))
+    )
+    return PressureChange(rng.standard_normal((4, 3)), rng.standard_normal((4, 3)), across, motion, second)
+
+
 @cache
 def elastic_body(kind: str, seed: int) -> kf.FlexibleBody:
     """Return a lattice of one of the kinds, whose nodes share a "side" with an outside, and an "edge"."""
@@ -75,7 +86,9 @@ def elastic_body(kind: str, seed: int) -> kf.FlexibleBody:
     shares, normals = rng.uniform(0.1, 1.0, len(model.nodes)), rng.standard_normal((len(model.nodes), 3))
     normals[:, len([c for c in model.components if c in "xyz"]) :] = 0.0
     patterns = {
-        "side": NodalPattern.of_nodes(model.nodes, model.components, shares, normals),
+        "side": NodalPattern.of_nodes(
+            model.nodes, model.components, shares, normals, pressure_change=any_change(model.size)
+        ),
         "edge": NodalPattern.of_nodes(model.nodes, model.components, shares[::-1].copy(), kind="line"),
     }
     body = flexible_body(replace(model, load_patterns=patterns), **ours)
@@ -288,7 +301,8 @@ class RandomScene:
         elif kind == 1:
             self.scene.add_line_load(member, "edge", self._vector(rng), follows=follows)
         else:
-            self.scene.add_pressure(member, "side", 0.7 if self.recipe.is_autonomous else lambda t: 0.5 + t)
+            pressure = 0.7 if self.recipe.is_autonomous else lambda t: 0.5 + t
+            self.scene.add_pressure(member, "side", pressure, follows=follows)
 
     def _add_motor(self, rng: np.random.Generator) -> bool:
         body = self.bodies[int(rng.integers(len(self.bodies)))]

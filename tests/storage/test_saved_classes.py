@@ -45,6 +45,7 @@ WORDS = {
     "model record",
     "nodal moments",
     "nodal pattern",
+    "pressure change",
     "node group",
     "node shares",
     "relaxation",

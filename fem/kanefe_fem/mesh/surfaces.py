@@ -7,13 +7,15 @@ arbitrarily.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.pressure_change import PressureChange, PushedFace, pressure_change
 from kanefe.fe_model.shapes import FACES, corner_kind, quadrature, row_numbers, shape
 from kanefe_fem.mesh.mesh import Mesh
 
@@ -32,10 +34,24 @@ class FacetIntegrals:
         int N_i dA in m2.
     pressure : ndarray, shape (n, 3)
         -int N_i n dA in m2, n the outward normal.
+    change : PressureChange
+        Change of the forces of a unit pressure with the displacements of the nodes.
+    nodes : ndarray, shape (n, 3)
+        Coordinates, m.
     """
 
     shares: np.ndarray
     pressure: np.ndarray
+    change: PressureChange
+    nodes: np.ndarray
+
+    def in_order(self, order: np.ndarray, components: tuple[str, ...]) -> NodalPattern:
+        """Return the pattern of loads over nodes in another order, given the present number of each, (n,)."""
+        width = len(components)
+        dofs = (width * order[:, None] + np.arange(width)).ravel()
+        change = replace(self.change, motion=self.change.motion[:, dofs])
+        of_nodes = (self.nodes[order], components, self.shares[order], self.pressure[order])
+        return NodalPattern.of_nodes(*of_nodes, pressure_change=change)
 
 
 def check_surfaces(mesh: Mesh, names: Sequence[str]) -> None:
@@ -81,7 +97,7 @@ def facet_integrals(mesh: Mesh, name: str, thickness: float = 1.0) -> FacetInteg
     thickness : float
         Thickness of a plane body, whose facets are lines, in m.
     """
-    shares, pressure = np.zeros(len(mesh.nodes)), np.zeros((len(mesh.nodes), 3))
+    shares, pressure, deforming = np.zeros(len(mesh.nodes)), np.zeros((len(mesh.nodes), 3)), []
     for block in mesh.facets[name]:
         signs = thickness * _outward_signs(mesh, name, block)
         element, x = shape(block.kind), mesh.nodes[block.nodes]
@@ -91,7 +107,9 @@ def facet_integrals(mesh: Mesh, name: str, thickness: float = 1.0) -> FacetInteg
             area = thickness * np.linalg.norm(normal, axis=1)
             np.add.at(shares, block.nodes, area[:, None] * value)
             np.add.at(pressure, block.nodes, -(signs[:, None] * normal)[:, None, :] * value[:, None])
-    return FacetIntegrals(shares, pressure)
+        deforming.append(PushedFace(block.kind, block.nodes, x, -signs))
+    change = pressure_change(deforming, len(mesh.nodes), mesh.dimension)
+    return FacetIntegrals(shares, pressure, change, mesh.nodes)
 
 
 def _normals(tangents: np.ndarray) -> np.ndarray:

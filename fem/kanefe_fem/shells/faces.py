@@ -18,6 +18,7 @@ from kanefe.fe_model.cut_facets import tell_cut
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import COMPONENTS
 from kanefe.fe_model.places import Place, PlaceLike, contained
+from kanefe.fe_model.pressure_change import PushedFace, pressure_change
 from kanefe.fe_model.shapes import quadrature, shape
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.shells.directors import Directors
@@ -125,6 +126,7 @@ def _of_face(
     count, first = len(nodes), np.zeros(3)
     traction, pressure = np.zeros((count, 6, 3)), np.zeros((count, 6))
     force, moment, area = np.zeros(3), np.zeros(3), 0.0
+    deforming, along = [], 1.0 if face.side == "bottom" else -1.0
     for block, chosen in zip(blocks, _chosen(mesh, name, face, list(groups), blocks), strict=True):
         layers = own[block.group].section.layers
         height = layers[0].bottom + SIDES[face.side] * (layers[-1].top - layers[0].bottom)
@@ -132,13 +134,14 @@ def _of_face(
         arm = height * block.thickness[chosen][..., None] * found.normal[block.sides[chosen]]
         places = nodes[table] + arm
         values, weights, tangents = _at_points(block.cells.kind, places)
-        normal = np.cross(tangents[..., 0], tangents[..., 1]) * (1.0 if face.side == "bottom" else -1.0)
+        normal = np.cross(tangents[..., 0], tangents[..., 1]) * along
         shares = np.einsum("mp,p,pn->mn", np.linalg.norm(normal, axis=2), weights, values)
         pushed = np.einsum("mpi,p,pn->mni", normal, weights, values)
         _add_forces(traction, table, shares[..., None, None] * np.eye(3), arm)
         _add_forces(pressure, table, pushed[..., None], arm)
         area, first = area + shares.sum(), first + np.einsum("mn,mni->i", shares, places)
         force, moment = force + pushed.sum(axis=(0, 1)), moment + np.cross(places, pushed).sum(axis=(0, 1))
+        deforming.append(PushedFace(block.cells.kind, table, places, np.full(len(table), along), arm))
     return NodalPattern(
         kind="surface",
         measure=float(area),
@@ -147,6 +150,7 @@ def _of_face(
         pressure=pressure.ravel(),
         pressure_force=force,
         pressure_moment=moment,
+        pressure_change=pressure_change(deforming, count, len(COMPONENTS)),
     )
 
 

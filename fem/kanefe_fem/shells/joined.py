@@ -19,7 +19,6 @@ from typing import NamedTuple, cast
 import numpy as np
 import scipy.sparse as sp
 
-from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
     Cells,
     Elasticity,
@@ -128,7 +127,7 @@ def with_solid(shell: FiniteElementModel, solid: FiniteElementModel, seams: Seam
         cells=(*shell.cells, *(Cells(block.kind, block.nodes + count) for block in solid.cells)),
         elasticity=_moduli(shell, solid),
         groups=_groups(shell, solid, seams),
-        load_patterns={name: _wide_pattern(one, parts.motion) for name, one in shell.load_patterns.items()},
+        load_patterns={name: one.moved_by(parts.motion[: shell.size]) for name, one in shell.load_patterns.items()},
         damping=parts.joined(shell.damping, solid.damping),
         structural=parts.joined(shell.structural, solid.structural),
         viscoelastic=tuple(replace(one, stiffness=parts.joined(None, one.stiffness)) for one in solid.viscoelastic),
@@ -148,13 +147,6 @@ def _moduli(shell: FiniteElementModel, solid: FiniteElementModel) -> Elasticity:
     """Return the sections of the shell and the moduli of the solid."""
     first, second = (cast(Elasticity, one.elasticity) for one in (shell, solid))
     return replace(first, table=second.table, of_cell=np.append(first.of_cell, second.of_cell))
-
-
-def _wide_pattern(pattern: NodalPattern, motion: sp.csr_matrix) -> NodalPattern:
-    """Return the pattern of a load on the shell over the components of both."""
-    of_shell = motion[: len(pattern.traction)].T
-    pressure = None if pattern.pressure is None else of_shell @ pattern.pressure
-    return replace(pattern, traction=of_shell @ pattern.traction, pressure=pressure)
 
 
 def _half_curl(solid: FiniteElementModel) -> sp.csr_matrix:

@@ -16,7 +16,6 @@ import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import MeshError, ModelError, outside
-from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import report_size, stage, stages
@@ -205,15 +204,7 @@ def _solid_model(
         mass_field=field,
         cells=numbered.cell_blocks,
         groups=node_groups(numbered),
-        load_patterns={
-            name: NodalPattern.of_nodes(
-                numbered.nodes,
-                components,
-                found.shares[assembly.order_of_nodes],
-                found.pressure[assembly.order_of_nodes],
-            )
-            for name, found in integrals.items()
-        },
+        load_patterns={name: found.in_order(assembly.order_of_nodes, components) for name, found in integrals.items()},
         elasticity=of_cells.elasticity,
         stress_stiffness=assembly.stress_stiffness,
         **(damping_of_solid(assembly, of_cells, mesh.dimension) if team is None else {}),

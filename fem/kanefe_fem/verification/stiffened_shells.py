@@ -1,10 +1,12 @@
-"""Shells that their loads stiffen or buckle, in scenes: rotating plate and blade, critical loads, SH23 and SH24."""
+"""Shells that their loads stiffen or buckle, in scenes: rotating plate and blade, critical loads, SH23 to SH25."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Literal
 
 import numpy as np
+import scipy.linalg
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.checks.verification import Case, Check, Reference
@@ -14,11 +16,13 @@ from kanefe.joints import Motion, Revolute
 from kanefe.linear.equilibrium.equilibria import equilibrium
 from kanefe.linear.stability.buckling_modes import buckling
 from kanefe.reduction import CraigBampton
+from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.surface_grid import joined_surfaces, surface_mesh
 from kanefe_fem.shells.body import shell_body
+from kanefe_fem.shells.faces import ShellFace
 
 SPIN = CraigBampton(modes=16, loads=("centrifugal",))
 
@@ -136,4 +140,47 @@ def critical_load_of_cylinder() -> float:
     return float(buckling(scene, count=1).factors[0] / (70e9 * t**2 / np.sqrt(3.0)))
 
 
-CASES = (Case("SH23", spinning), Case("SH24", buckling_in_scenes))
+def following_pressure(reference: Reference) -> Iterator[Check]:
+    """SH25: a long tube that an outside pressure buckles, one that follows its surface and one of fixed directions."""
+    t = 0.01
+    whole, bare = (tube_under_pressure(8, t, "middle", level) for level in ("full", "none"))
+    scene = System()
+    scene.add_pressure(scene.add_flexible_body("tube", whole), "wall", 1.0, follows=True)
+    unit = 70e9 * t**3 / 12.0
+    expected = np.asarray(reference.values["follows"])
+    yield Check.relative("p R^3/EI, follows", buckling(scene, count=4).factors / unit, expected, 2e-3)
+    change, of_face = (np.asarray(body.load_pattern("wall").pressure_change) for body in (whole, bare))
+    k, by_stress = whole.free_count, change - of_face
+    factors = 1.0 / scipy.linalg.eigvalsh(by_stress[6 : 6 + k, :k], whole.stiffness[:k, :k])[: -len(expected) - 1 : -1]
+    yield Check.relative("p R^3/EI, fixed directions", factors / unit, reference.values["fixed"], 2e-3)
+
+
+def tube_under_pressure(
+    cells: int, t: float, side: Literal["top", "middle", "bottom"], stiffening: StiffeningLevel = "full"
+) -> FlexibleBody:
+    """Return a part of a long tube of radius 1 m, `cells` a quarter, with a face "wall": its rims stay in planes."""
+
+    def quarter(number: int) -> Mesh:
+        return surface_mesh(
+            lambda s, r: (np.cos((s + number) * np.pi / 2.0), np.sin((s + number) * np.pi / 2.0), 0.2 * r - 0.1),
+            (cells, 2),
+        )
+
+    in_plane, free = ("z", "rx", "ry"), ("x", "y", "rz")
+    held = {
+        "low": Interface(in_plane, released=free, at=OnPlane((0, 0, -0.1), (0, 0, 1))),
+        "top": Interface(in_plane, released=free, at=OnPlane((0, 0, 0.1), (0, 0, 1))),
+        "middle": Interface(("x", "y", "rz"), kind="average", at=OnPlane((0, 0, 0), (0, 0, 1))),
+    }
+    return shell_body(
+        joined_surfaces([quarter(number) for number in range(4)]),
+        Material(E=70e9, nu=0.0, rho=2700.0),
+        held,
+        t,
+        CraigBampton(modes=12, loads=("wall",)),
+        stiffening=stiffening,
+        surfaces={"wall": ShellFace(side)},
+    )
+
+
+CASES = (Case("SH23", spinning), Case("SH24", buckling_in_scenes), Case("SH25", following_pressure))

@@ -44,6 +44,9 @@ class Pressure(FieldLoad):
     force: Annotated[Vector, One(Vector)]  # of a unit of it, in G
     moment: Annotated[Vector, One(Vector)]
     shares: Annotated[np.ndarray, Array("mode_count")]  # (k,): on the modes
+    changes: Annotated[int, Start("pool")]  # where their change with the modes begins in the pool; -1: there is none
+    resultants: Annotated[np.ndarray, Array(6, "mode_count")]  # (6, k): of force and moment
+    stiffness: Annotated[np.ndarray, Array("mode_count", "mode_count")]  # (k, k): of the shares
 
 
 class Traction(FieldLoad):
@@ -53,7 +56,7 @@ class Traction(FieldLoad):
     size: Annotated[float, One(float)]  # area or length
     first: Annotated[Vector, One(Vector)]  # its first moment, in G
     basis: Annotated[np.ndarray, Array(3, "mode_count")]  # (3, k): how the modes change that
-    bends_twice: Annotated[int, Start("pool")]  # where second-order moments begin in the pool; -1: there are none
+    changes: Annotated[int, Start("pool")]  # where second-order moments begin in the pool; -1: there are none
     moments: Annotated[np.ndarray, Array("mode_count", "3mode_count")]  # (k, 3 k)
     bent: Annotated[int, Start("modal")]  # where their workspace is in the modal work
     bending: Annotated[np.ndarray, Array(3, "mode_count")]  # (3, k)
@@ -158,16 +161,21 @@ def add_field_loads(scene: Scene, state: State, work: Work) -> Any:
         frame = work.frames[body.link]
         if load.is_pressure:
             pressure, own = state.inputs[load.first_input], Pressure(load)
-            force, moment = pressure * own.force, pressure * own.moment
+            force, moment = own.force + 0.0 * frame.p, own.moment + 0.0 * frame.p
             for j in range(body.k):
                 body.p[j] += pressure * own.shares[j]
             power += pressure * total(own.shares, body.deta)
+            if own.changes >= 0:
+                force += combined(own.resultants, 0, body.eta)
+                moment += combined(own.resultants, 3, body.eta)
+                power += _follow(pressure, own.stiffness, body.eta, body.deta, body.p)
+            force, moment = pressure * force, pressure * moment
         else:
             t = three(state.inputs, load.first_input) + 0.0 * frame.p
             t = t if load.follows else frame.R.T @ t
             force, (place, rate) = load.size * t, moved_by_modes(load, body.eta, body.deta)
             _add_shares(load.basis, t, body.p)
-            if load.bends_twice >= 0:
+            if load.changes >= 0:
                 _add_shares(load.bending, t, body.p)
             moment = cross(place, t)
             power += dot(t, rate)
@@ -177,11 +185,22 @@ def add_field_loads(scene: Scene, state: State, work: Work) -> Any:
     return power
 
 
+@kernel
+def _follow(pressure: Any, stiffness: np.ndarray, eta: np.ndarray, deta: np.ndarray, p: np.ndarray) -> Any:
+    """Add what a pressure that follows its surface gains as the modes deform it to the forces p; return its power."""
+    power = 0.0 * p.dtype.type(0.0)
+    for j in range(len(p)):
+        force = pressure * total(stiffness[j], eta)
+        p[j] += force
+        power += force * deta[j]
+    return power
+
+
 @inlined
 def moved_by_modes(load: Traction, eta: np.ndarray, deta: np.ndarray) -> tuple[Vector, Vector]:
     """Return the first moment of what a traction acts on as the modes have displaced it, and its rate, in G."""
     place, rate = load.first + combined(load.basis, 0, eta), combined(load.basis, 0, deta)
-    if load.bends_twice >= 0:
+    if load.changes >= 0:
         transposed_product(load.moments, 0, eta, load.bending.reshape(3 * load.mode_count))
         place, rate = place + 0.5 * combined(load.bending, 0, eta), rate + combined(load.bending, 0, deta)
     return place, rate

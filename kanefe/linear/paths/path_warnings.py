@@ -34,11 +34,12 @@ def warn_of_path(loaded: LoadedScene, found: Traced, point: Callable[[int], Equi
             SimulationWarning,
             stacklevel=outside(),
         )
-    turning = [name for name, load in loaded.raised.items() if load is not None and load.is_spread and load.turns]
+    turning = [name for name, load in loaded.raised.items() if load is not None and load.turns_with_frame]
     if turning:
         warnings.warn(
             f"{WHAT}: {', '.join(turning)} turns with the frame of its body, and how the surface itself deforms is "
-            "left out. Remedy: a chain of several bodies, each of which turns with its own frame",
+            "left out. Remedy: add_pressure(..., follows=True), or a chain of several bodies, each of which turns with "
+            "its own frame",
             AccuracyWarning,
             stacklevel=outside(),
         )

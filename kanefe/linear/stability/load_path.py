@@ -136,12 +136,13 @@ def matrices_at_rest(small: SmallMotions) -> tuple[Matrix, Matrix, Matrix]:
 
 
 def _check_spread(raised: dict[str, SceneLoad | None], what: str) -> None:
-    """Raise a ModelError for distributed loads that turn with their surface."""
+    """Raise a ModelError for distributed loads that turn with the frame of their body alone."""
     for name, load in raised.items():
-        if load is not None and load.is_spread and load.turns:
+        if load is not None and load.turns_with_frame:
             raise ModelError(
-                f"{what}: {name} turns with its surface, which changes the stiffness, and this change is not "
-                "supported. Remedy: a traction in fixed directions, forces on interfaces, or loads= without it"
+                f"{what}: {name} turns with the frame of its body, but not as its surface deforms, which changes the "
+                "stiffness. Remedy: add_pressure(..., follows=True), a traction in fixed directions, forces on "
+                "interfaces, or loads= without it"
             )
 
 

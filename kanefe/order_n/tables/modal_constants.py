@@ -70,6 +70,12 @@ class ModalConstants:
             return pattern.pressure_force, pattern.pressure_moment, shapes
         return pattern.measure, pattern.first, shapes
 
+    def of_following(self, change: Matrix, k: int) -> tuple[Matrix, Matrix]:
+        """Return the change (6 + K, K) of the forces of a pressure, of its resultants (6, k) and shares (k, k)."""
+        to_modes = np.eye(k) if self.transform is None else self.transform[1]
+        resultants, shares = change[:6, :k] @ to_modes.T, to_modes @ change[6 : 6 + k, :k] @ to_modes.T
+        return np.ascontiguousarray(resultants), np.ascontiguousarray(shares)
+
 
 def modal_constants(terms: FlexibleTerms) -> ModalConstants:
     """Return the constants of a body."""

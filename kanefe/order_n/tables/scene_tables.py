@@ -251,11 +251,13 @@ class TableBuilder(FrameOffsets):
         """Add the distributed loads on a flexible body, by its number among these."""
         for load in body.field_loads:
             constants = self._pool.add(*modes.of_field(load, k))
-            quadratic, bending, bent = load.pattern.quadratic_first, -1, -1
-            if quadratic is not None and k and not load.is_pressure:
-                bending, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._modal_space(3 * k)
+            quadratic, change, changes, bent = load.pattern.quadratic_first, load.pattern.pressure_change, -1, -1
+            if load.is_pressure and load.follows and change is not None and k:
+                changes = self._pool.add(*modes.of_following(change, k))
+            elif quadratic is not None and k and not load.is_pressure:
+                changes, bent = self._pool.add(modes.of_bending(quadratic[:, :k, :k])), self._modal_space(3 * k)
             kinds = {"is_pressure": load.is_pressure, "follows": load.follows, "first_input": self.inputs.of(load)}
-            places = {"constants": constants, "bends_twice": bending, "bent": bent}
+            places = {"constants": constants, "changes": changes, "bent": bent}
             self._fields.append({"body": flexible, "mode_count": k} | kinds | places)
 
     def _modal_space(self, size: int) -> int:

@@ -83,6 +83,27 @@ class TestIntegrals:
         assert enclosed == pytest.approx(mesh.dimension * volume, rel=1e-12)
 
     @pytest.mark.parametrize("kind", KINDS)
+    def test_forces_of_a_pressure_change_as_those_on_the_deformed_surface_do(self, kind):
+        """They are polynomials of second degree in the displacements, so that central differences are exact."""
+        mesh = deformed(skinned(kind), bent).with_order(2)
+        d = mesh.dimension
+        along = np.zeros_like(mesh.nodes)
+        along[:, :d] = np.random.default_rng(2).standard_normal((len(along), d))
+
+        def forces(h):
+            moved = deformed(mesh, lambda x: x + h * along)
+            pressure = facet_integrals(moved, "top").pressure
+            moment = np.cross(moved.nodes, pressure).sum(axis=0)
+            return np.concatenate((pressure.sum(axis=0), moment, pressure[:, :d].ravel()))
+
+        step = 1e-3 * min(SIZE)
+        rate = (forces(step) - forces(-step)) / (2.0 * step)
+        if d == 3:  # the moment is of third degree
+            rate = (4.0 * rate - (forces(2.0 * step) - forces(-2.0 * step)) / (4.0 * step)) / 3.0
+        found = facet_integrals(mesh, "top").change.over(np.eye(along[:, :d].size)) @ along[:, :d].ravel()
+        np.testing.assert_allclose(found, rate, rtol=0, atol=1e-10 * abs(rate).max())
+
+    @pytest.mark.parametrize("kind", KINDS)
     def test_shares_integrate_what_the_elements_interpolate(self, kind):
         mesh = skinned(kind).with_order(2)
         shares = facet_integrals(mesh, "top", 1.0).shares
@@ -155,7 +176,7 @@ class TestModel:
         if loading == "traction":
             _, _, elastic = pattern.of_traction(np.array([0.0, -p, 0.0]), np.zeros(k))
         else:
-            _, _, elastic = pattern.of_pressure(p, k)
+            _, _, elastic = pattern.of_pressure(p, np.zeros(k))
         eta = np.linalg.solve(body.stiffness[:k, :k], elastic)
         w, EI, GA = p * width, steel.E * width * height**3 / 12, steel.E / 2 * width * height * 5 / 6
         expected = w * length**4 / (8 * EI) + w * length**2 / (2 * GA)
