@@ -12,6 +12,7 @@ from kanefe.frames import euler_parameters_from_rotation_vector, rotation_matrix
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import load_power
 from kanefe.states.state import State
+from kanefe.tree.stiffening_check import StiffeningWarning
 from kanefe_fem import Material, ShellFace, shell_body, shell_model, surface_mesh
 from kanefe_fem.mesh.surface_grid import joined_surfaces
 from kanefe_fem.verification.stiffened_shells import tube_under_pressure
@@ -193,3 +194,16 @@ def test_a_body_keeps_the_change_in_a_file_and_one_without_reduction_has_none(tm
     member = scene.add_flexible_body("plate", whole)
     with pytest.raises(ModelError, match=r"on 'top' of 'plate' cannot follow its surface: the body is unreduced"):
         scene.add_pressure(member, "top", 1.0, follows=True)
+
+
+def test_what_a_free_edge_and_a_stiffening_by_inertia_alone_leave_open_is_told():
+    scene = kf.System()
+    body = panel_on_a_hinge(stiffening="full").freeze().bodies[0].flexible.body
+    scene.add_pressure(scene.add_flexible_body("panel", body), "top", 1.0, follows=True)
+    with pytest.raises(ModelError, match=r"pressure on 'top' of 'panel' has no potential.*stability_limit"):
+        kf.buckling(scene)
+    assert kf.stability_limit(scene).path.turning == ("the pressure on 'top' of 'panel'",)
+    with pytest.warns(
+        StiffeningWarning, match="stiffening='inertial', which leaves out what the forces of the pressure"
+    ):
+        panel_on_a_hinge(stiffening="inertial").freeze()
