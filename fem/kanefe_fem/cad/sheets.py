@@ -146,7 +146,8 @@ def _pairs(faces: Sequence[Face], probe: Probe) -> list[Pair]:
     made: dict[frozenset[int], Pair] = {}
     regular = [face for face in faces if face.kind != "other"]
     for one in regular:
-        facing = [(float(t.mean()), other) for other in regular for t in (depth(other, one.points),) if _is_even(t)]
+        others = [other for other in regular if other is not one]  # a face is under itself by round-off
+        facing = [(float(t.mean()), other) for other in others for t in (depth(other, one.points),) if _is_even(t)]
         points = probe.points(one)
         is_free = np.ones(len(points), dtype=bool)
         for thickness, other in sorted(facing, key=lambda each: each[0]):

@@ -72,6 +72,14 @@ def z_profile(occ: Any) -> None:
     extruded(occ, [(0, 0), (60, 0), (60, 48), (100, 48), (100, 50), (58, 50), (58, 2), (0, 2)])
 
 
+LENGTH, WIDTH, HEIGHT, THIN = 119.30946213382057, 33.07045173388401, 44.452309284168194, 1.5074079431055027
+
+
+def sharp_at_uneven_places(occ: Any) -> None:
+    """Of two boxes, whose sides are off their planes by round-off: found by a random scene."""
+    occ.fuse([(3, occ.addBox(0, 0, 0, LENGTH, WIDTH, THIN))], [(3, occ.addBox(0, 0, 0, THIN, WIDTH, HEIGHT))])
+
+
 @pytest.mark.parametrize(
     ("build", "area", "tolerance"),
     [
@@ -82,6 +90,7 @@ def z_profile(occ: Any) -> None:
         (box_of_walls, 2.0 * (98 * 58 + 98 * 38 + 58 * 38), 1e-12),
         (sharp_of_two_thicknesses, 40.0 * (58.5 + 49.0), 1e-12),
         (z_profile, 40.0 * (59.0 + 48.0 + 41.0), 1e-12),
+        (sharp_at_uneven_places, WIDTH * (LENGTH + HEIGHT - THIN), 1e-12),
     ],
 )
 def test_areas_are_closed_forms_and_the_middle_is_half_the_thickness_deep(tmp_path, build, area, tolerance):
