@@ -55,7 +55,7 @@ if TYPE_CHECKING:
     from kanefe_fem.shells.faces import ShellFace as ShellFace
     from kanefe_fem.shells.stiffener import Stiffener as Stiffener
     from kanefe_fem.solids.body import solid_body as solid_body
-    from kanefe_fem.solids.body import solid_model as solid_model
+    from kanefe_fem.solids.model import solid_model as solid_model
     from kanefe_fem.solids.own_forms import Forms as Forms
     from kanefe_fem.solids.potential_flow import PotentialFlow as PotentialFlow
     from kanefe_fem.solids.preload import Preload as Preload

@@ -112,7 +112,7 @@ def matrices(path: str) -> dict[str, Any]:
     from kanefe_fem.materials.isotropic import Material
     from kanefe_fem.mesh.mesh import to_order
     from kanefe_fem.mesh_files import read_mesh
-    from kanefe_fem.solids.body import solid_model
+    from kanefe_fem.solids.model import solid_model
 
     mesh = read_mesh(path)
     lifted = to_order(mesh, 2)

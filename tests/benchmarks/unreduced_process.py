@@ -50,7 +50,7 @@ def matrices(mesh: str, file: str) -> dict[str, Any]:
     import numpy as np
 
     from kanefe_fem.materials.isotropic import Material
-    from kanefe_fem.solids.body import solid_model
+    from kanefe_fem.solids.model import solid_model
 
     model = solid_model(mesh, Material(E=E, nu=NU, rho=RHO))
     arrays = {"nodes": model.nodes}

@@ -19,7 +19,8 @@ from kanefe_fem._petsc import SMALL, MumpsFactor, factorise
 from kanefe_fem.machine import factor_plan
 from kanefe_fem.machine.memory import MemoryWarning, free_memory
 from kanefe_fem.materials.isotropic import Material
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.model import solid_model
 from repository import ARM
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]

@@ -22,7 +22,7 @@ from kanefe_fem.mesh.mesh import Mesh, part_of
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.segments.accuracy import converged
 from kanefe_fem.segments.whole import BeamWhole, Division, SolidWhole, Whole
-from kanefe_fem.solids.body import SolidKeywords
+from kanefe_fem.solids.model import SolidKeywords
 
 
 class SegmentKeywords(SolidKeywords, total=False):

@@ -22,7 +22,7 @@ from kanefe_fem.mesh.groups import check_interfaces, group_nodes
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.segments.beam_parts import beam_chain, beam_part
 from kanefe_fem.segments.centre_line import arc_lengths, check_line, found_line, given_line, stations, width_across
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 
 MOVED, TRIED, NEARNESS = 0.3, 241, 0.02
 """How far a cut may be moved, relative to a segment; number of places tried; weight of the way against the depth."""

@@ -41,7 +41,7 @@ from kanefe_fem.shells.stack import BlockOfGroup, shell_stack
 from kanefe_fem.shells.stiffener import Stiffener, checked_stiffeners
 from kanefe_fem.shells.stiffeners import stiffener_lines
 from kanefe_fem.shells.stress_stiffness import stress_stiffness
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody

@@ -21,6 +21,7 @@ from kanefe.fe_model.shapes import kind_of_order, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.materials.damping import Losses
 from kanefe_fem.materials.moduli import Moduli
+from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.processes.matrices import SharedRows, TeamMatrix, Told
 from kanefe_fem.processes.team import Team
 from kanefe_fem.solids import forms as solid_forms
@@ -172,9 +173,22 @@ def check_owned(owned: Sequence[np.ndarray], nodes: np.ndarray, groups: Mapping[
         )
 
 
-def refuse_losses(losses: Sequence[Losses]) -> None:
-    """Raise a ModelError if materials have damping, whose matrices only one process assembles."""
-    if any(own.damping or own.loss_factor or own.prony for own in losses):
+def nodes_of_facets(mesh: Mesh) -> dict[str, np.ndarray]:
+    """Return the nodes of each group of facets."""
+    return {
+        name: np.unique(np.concatenate([block.nodes.ravel() for block in blocks]))
+        for name, blocks in mesh.facets.items()
+    }
+
+
+def refuse_assembly(mesh: Mesh, losses: Sequence[Losses]) -> None:
+    """Raise an error for cells that dolfinx does not assemble, and for damping of materials."""
+    if mesh.kind not in _fenicsx.SHAPES or len(mesh.kinds) > 1:
+        raise MeshError(
+            f"{mesh.source} has cells of {' and '.join(mesh.kinds)}, which are assembled by one process only. Remedy: "
+            f"cells of one of these shapes ({', '.join(_fenicsx.SHAPES)}), or leave out comm="
+        )
+    if any(own.are_there for own in losses):
         raise ModelError(
             "on several processes this is not possible: damping of materials, which has matrices of its own. Remedy: "
             "damping=kf.ModalDamping(...) of the body instead, or leave comm= out"

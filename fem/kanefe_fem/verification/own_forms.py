@@ -16,7 +16,8 @@ from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.simple import box_mesh
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.model import solid_model
 from kanefe_fem.solids.own_forms import Forms
 from kanefe_fem.solids.potential_flow import PotentialFlow
 

@@ -16,7 +16,8 @@ from kanefe.reduction import CraigBampton
 from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.model import solid_model
 from kanefe_fem.verification import (
     damped_beams,
     imported_shells,

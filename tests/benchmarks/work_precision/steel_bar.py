@@ -20,7 +20,8 @@ from kanefe.system import System
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.simple import box_mesh
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.model import solid_model
 
 SIZE = (1.0, 0.1, 0.05)
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)

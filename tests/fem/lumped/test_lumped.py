@@ -16,7 +16,7 @@ from kanefe_fem.beams.sections import Rectangle, SolidCircle
 from kanefe_fem.lumped import mean_motion as mean_motion_module
 from kanefe_fem.lumped.mean_motion import mean_motion
 from kanefe_fem.lumped.parts import LumpedMass, LumpedSpring, attach
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 
 J = np.array([[3.0, 0.4, -0.2], [0.4, 2.5, 0.1], [-0.2, 0.1, 1.5]]) * 1e-3
 PLACE = (0.35, 0.12, 0.09)

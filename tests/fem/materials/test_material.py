@@ -8,7 +8,7 @@ import pytest
 from fem_meshes import STEEL, box, shown
 from kanefe.errors import ModelError
 from kanefe_fem.materials.isotropic import AccuracyWarning, Material, UnitWarning, warn_of_units
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 
 
 class TestMaterial:

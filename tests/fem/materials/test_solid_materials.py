@@ -21,7 +21,7 @@ from kanefe_fem.materials.laminate import Laminate, Ply
 from kanefe_fem.materials.oriented import Oriented, axes_at_angle, cylindrical_axes, spherical_axes
 from kanefe_fem.materials.orthotropic import Anisotropic, Orthotropic
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 
 SIZE = (0.3, 0.2, 0.1)
 CARBON = Orthotropic.transversely_isotropic(E1=140e9, E2=9e9, nu12=0.3, nu23=0.4, G12=5e9, rho=1600.0, name="carbon")

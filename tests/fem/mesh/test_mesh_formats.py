@@ -63,7 +63,7 @@ def test_abaqus_sets_of_elements_and_nodes(tmp_path: Path) -> None:
 def test_sets_of_nodes_are_interfaces(tmp_path: Path) -> None:
     import kanefe as kf
     from fem_meshes import STEEL
-    from kanefe_fem.solids.body import solid_model
+    from kanefe_fem.solids.model import solid_model
 
     path = tmp_path / "bar.inp"
     sets = {"root": np.unique(ROOT), "tip": np.unique(TIP)}

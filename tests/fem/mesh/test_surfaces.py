@@ -17,7 +17,8 @@ from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.checks import check_mesh
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.surfaces import facet_integrals
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.model import solid_model
 
 SIZE = (0.3, 0.1, 0.08)
 THICKNESS = 0.02

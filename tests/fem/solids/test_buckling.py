@@ -72,7 +72,7 @@ def test_frame_buckles_alike_however_it_lies():
 
 @pytest.mark.fenicsx
 def test_solid_column_buckles_at_eulers_load():
-    from kanefe_fem.solids.body import solid_model
+    from kanefe_fem.solids.model import solid_model
 
     model = solid_model(box_mesh((1.0, 0.02, 0.03), (20, 1, 1), "hexahedron"), SOFT)
     f = np.zeros(model.size)

@@ -22,7 +22,8 @@ from kanefe_fem.beams.body import beam_model, straight_beam
 from kanefe_fem.beams.sections import Rectangle
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
 from kanefe_fem.mesh.mesh import Mesh, part_of
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.model import solid_model
 
 LENGTH, WIDTH, HEIGHT = 1.0, 0.2, 0.1
 AREA, I_Y = WIDTH * HEIGHT, WIDTH * HEIGHT**3 / 12

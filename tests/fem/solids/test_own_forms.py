@@ -13,7 +13,8 @@ from kanefe_fem.materials.orthotropic import Orthotropic
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.simple import box_mesh, rectangle_mesh
 from kanefe_fem.recovery.recovery import recover
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
+from kanefe_fem.solids.model import solid_model
 from kanefe_fem.solids.own_forms import Forms
 from kanefe_fem.solids.potential_flow import PotentialFlow
 

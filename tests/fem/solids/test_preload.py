@@ -13,7 +13,7 @@ from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS
 from kanefe_fem.beams.body import straight_beam
 from kanefe_fem.beams.sections import Rectangle
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 from kanefe_fem.solids.preload import Preload, preloaded
 
 LENGTH, SECTION = 1.0, Rectangle(0.01, 0.02)

@@ -124,13 +124,13 @@ def test_what_one_process_does_alone_is_named() -> None:
 def test_damping_of_materials_is_not_lost(loss: dict[str, Any]) -> None:
     """The second material has axes of its own, and its damping inside."""
     from kanefe_fem.materials.of_groups import cell_materials
-    from kanefe_fem.solids.on_processes import refuse_losses
+    from kanefe_fem.solids.on_processes import refuse_assembly
 
     mesh, lossy = box_mesh((1.0, 0.1, 0.1), (2, 1, 1)), Material(E=1e9, nu=0.3, rho=1e3, **loss)
-    refuse_losses(cell_materials(mesh, {"body": Material(E=1e9, nu=0.3, rho=1e3)}, None, 1.0).losses)
+    refuse_assembly(mesh, cell_materials(mesh, {"body": Material(E=1e9, nu=0.3, rho=1e3)}, None, 1.0).losses)
     for one in (lossy, Oriented(lossy, np.eye(3))):
         with pytest.raises(kf.ModelError, match="damping of materials"):
-            refuse_losses(cell_materials(mesh, {"body": one}, None, 1.0).losses)
+            refuse_assembly(mesh, cell_materials(mesh, {"body": one}, None, 1.0).losses)
 
 
 def test_groups_that_no_process_has_are_named() -> None:

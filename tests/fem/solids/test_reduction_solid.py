@@ -12,7 +12,7 @@ from kanefe.reduction import flexible_body
 from kanefe.reduction.load_cases import some_groups
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.simple import box_mesh
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 from reduction_cases import exact_errors, problem_of, tied_modes
 
 pytestmark = pytest.mark.fenicsx

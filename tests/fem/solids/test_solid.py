@@ -20,8 +20,9 @@ from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.checks import is_straight
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh_files import read_mesh
-from kanefe_fem.solids.body import solid_body, solid_model
+from kanefe_fem.solids.body import solid_body
 from kanefe_fem.solids.forms import mass_degree, stiffness_degree
+from kanefe_fem.solids.model import solid_model
 from repository import ARM
 
 pytestmark = [pytest.mark.fenicsx, pytest.mark.gmsh]

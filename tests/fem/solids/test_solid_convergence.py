@@ -8,7 +8,7 @@ import scipy.sparse.linalg as spla
 
 from fem_meshes import KINDS, STEEL, box
 from kanefe_fem._petsc import factorise
-from kanefe_fem.solids.body import solid_model
+from kanefe_fem.solids.model import solid_model
 
 pytestmark = pytest.mark.fenicsx
 

@@ -111,7 +111,7 @@ def test_lumped_inertia_turns_with_its_node():
 
 
 def solid(counts=(5, 1, 1), size=(1.0, 0.1, 0.05), material=STEEL):
-    from kanefe_fem.solids.body import solid_model
+    from kanefe_fem.solids.model import solid_model
 
     return solid_model(box_mesh(size, counts, "hexahedron", start=(0.2, -0.1, 0.3)), material)
 
