@@ -11,7 +11,7 @@ from kanefe.fe_model.pressure_change import PressureChange
 from kanefe.frames import skew
 
 ROUND_OFF = 1e-6
-"""Relative error below which a resultant counts as that of rounded numbers: files often have 7 digits."""
+"""Relative error below which a property of exported matrices counts as round-off: files often have 7 digits."""
 
 
 def check_pattern(model: FiniteElementModel, name: str, pattern: NodalPattern) -> None:

@@ -7,8 +7,9 @@ import warnings
 import numpy as np
 
 from kanefe.errors import AccuracyWarning, outside
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import FiniteElementModel
-from kanefe.imports.mass_properties import FEW, ROUND_OFF
+from kanefe.imports.mass_properties import FEW
 
 LEAST = 5
 """Number of pairs of nodes along one direction, from which they are compared."""

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from kanefe.arguments import checked
 from kanefe.errors import FileError, ModelError, outside
 from kanefe.fe_model.damping import real_matrix
-from kanefe.fe_model.given_pattern import check_pattern
+from kanefe.fe_model.given_pattern import ROUND_OFF, check_pattern
 from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import (
     COMPONENTS,
@@ -32,7 +32,6 @@ from kanefe.fe_model.model import (
 from kanefe.frames import numbers
 from kanefe.imports.given_field import check_added_mass, check_field_mass, checked_field
 from kanefe.imports.mass_completion import completed_mass_field, estimated_part
-from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.nodal_inertia import NodalFormWarning, NodalInertia, inertia_of_nodes, tell_share
 from kanefe.imports.rigid_parts import NOISE
 from kanefe.imports.self_check import Expected, self_check

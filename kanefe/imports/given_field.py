@@ -9,9 +9,9 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import real_matrix
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import MassField, rigid_motion
 from kanefe.frames import numbers
-from kanefe.imports.mass_properties import ROUND_OFF
 
 DENSE = 2000
 """Number of rows of an added mass up to which its eigenvalues are computed."""

@@ -7,10 +7,8 @@ import warnings
 import numpy as np
 
 from kanefe.errors import AccuracyWarning, ModelError, outside
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
-
-ROUND_OFF = 1e-6
-"""Relative error below which a property of exported matrices counts as round-off: files often have 7 digits."""
 
 FEW = 4
 """Number of entries of M that differ between directions, as one of the file that is wrong or two that are swapped."""

@@ -9,8 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import outside
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import ROTATIONS, TRANSLATIONS, MassField, fields_together, rigid_motion
-from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.rest_of_mass import share_of_rest, with_rest
 from kanefe.imports.rigid_parts import RigidParts, is_round_off, rigid_parts, six_components
 from kanefe.imports.slender_elements import slender_elements

@@ -21,9 +21,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import COMPONENTS, MassField
 from kanefe.frames import skews
-from kanefe.imports.mass_properties import ROUND_OFF
 
 NOISE = 1e-12
 """Entry of a mass matrix, relative to its largest, that counts as round-off wherever it is."""

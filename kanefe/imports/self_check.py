@@ -19,11 +19,12 @@ import scipy.sparse.linalg as spla
 
 from kanefe.errors import AccuracyWarning, ModelError, UnitWarning, outside
 from kanefe.fe_model.factorise import Factorise, splu_factorise
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.grounded import GroundSprings, ResistedTurns, ground_springs, resisted_turns
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
 from kanefe.imports.alike_masses import check_alike
 from kanefe.imports.lowest_modes import lowest_modes, slope_of
-from kanefe.imports.mass_properties import ROUND_OFF, check_moments, mass_properties
+from kanefe.imports.mass_properties import check_moments, mass_properties
 
 STATED = 1e-3
 """Permitted relative difference between mass properties of M and given ones: listings have four digits."""

@@ -6,9 +6,9 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import COMPONENTS, rigid_motion
 from kanefe.imports.labelled import GENERALISED
-from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.node_table import NodeTable
 from kanefe.imports.rigid_parts import LabelledField, is_round_off, rigid_parts
 

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import COMPONENTS
-from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.rigid_parts import WIDTH, RigidParts, rigid_parts
 
 STATIONS = 4

@@ -15,11 +15,11 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 from kanefe.errors import ModelError
+from kanefe.fe_model.given_pattern import ROUND_OFF
 from kanefe.fe_model.model import rigid_motion
 from kanefe.imports.card import Card
 from kanefe.imports.direct_matrices import extern_freedoms, scalar_points
 from kanefe.imports.labelled import GENERALISED, given_freedoms
-from kanefe.imports.mass_properties import ROUND_OFF
 from kanefe.imports.node_table import NodeTable
 
 Boundary: TypeAlias = Sequence[tuple[int, int | str]]
