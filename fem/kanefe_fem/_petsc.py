@@ -144,10 +144,11 @@ class MumpsFactor:
     def _upper_half(self, csr: sp.csr_matrix) -> Any:
         """Return PETSc's matrix of the upper half of a symmetric matrix with sorted rows."""
         petsc = self._petsc
-        rows = np.repeat(np.arange(self.size, dtype=csr.indices.dtype), np.diff(csr.indptr))
+        size = csr.shape[0]
+        rows = np.repeat(np.arange(size, dtype=csr.indices.dtype), np.diff(csr.indptr))
         upper = csr.indices >= rows
-        starts = np.zeros(self.size + 1, dtype=petsc.IntType)
-        np.cumsum(np.bincount(rows[upper], minlength=self.size), out=starts[1:])
+        starts = np.zeros(size + 1, dtype=petsc.IntType)
+        np.cumsum(np.bincount(rows[upper], minlength=size), out=starts[1:])
         arrays = (starts, csr.indices[upper].astype(petsc.IntType), csr.data[upper].astype(petsc.ScalarType))
         matrix = petsc.Mat().createSBAIJ(csr.shape, 1, csr=arrays, comm=petsc.COMM_SELF)
         matrix.setOption(petsc.Mat.Option.SPD, self.definite)
@@ -172,30 +173,19 @@ class MumpsFactor:
     def _rate(self, csr: sp.csr_matrix) -> float:
         """Return the operations per second by the clock in factoring a piece of the matrix."""
         size = min(PIECE, self.size)
-        whole, self.size = self.size, size
-        try:
-            piece = self._upper_half(csr[:size, :size].sorted_indices())
-            start = time.perf_counter()
-            pc, factor = self._set_up(of=piece)
-            seconds, operations = time.perf_counter() - start, factor.getMumpsRinfog(3)
-        finally:
-            self.size = whole
+        piece = self._upper_half(csr[:size, :size].sorted_indices())
+        start = time.perf_counter()
+        pc, factor = self._set_up(of=piece)
+        seconds, operations = time.perf_counter() - start, factor.getMumpsRinfog(3)
         pc.destroy()
         piece.destroy()
         return float(max(operations, 1.0) / seconds)
 
     def _set_up(self, megabytes: int = 0, folder: Path | None = None, of: Any = None) -> tuple[Any, Any]:
         """Factorise; with one megabyte of memory, MUMPS stops after its analysis, which gives the memory it needs."""
-        petsc = self._petsc
-        pc = petsc.PC().create(comm=petsc.COMM_SELF)
+        pc = self._petsc.PC().create(comm=self._petsc.COMM_SELF)
         pc.setOperators(self._matrix if of is None else of)
-        pc.setType(petsc.PC.Type.CHOLESKY)
-        pc.setFactorSolverType("mumps")
-        pc.setFactorSetUpSolverType()
-        factor = pc.getFactorMatrix()
-        factor.setMumpsIcntl(13, 1)  # no parallel root, for which negative pivots are not counted
-        if not self.definite:
-            factor.setMumpsIcntl(14, PIVOTING_ROOM)
+        factor = factor_by_mumps(pc, self.definite)
         factor.setMumpsIcntl(23, megabytes)
         if folder is not None:
             os.environ["MUMPS_OOC_TMPDIR"] = str(folder)  # MUMPS reads it while it factors
@@ -244,6 +234,18 @@ class MumpsFactor:
         growth = np.linalg.norm(scale * self.solve(scale * b)) / np.linalg.norm(b)
         if not growth < CONDITION / np.sqrt(self.size):
             raise self._singular(f"its condition number is above {growth:.0e}")
+
+
+def factor_by_mumps(pc: Any, definite: bool) -> Any:
+    """Let a preconditioner of PETSc, with its matrix, be Cholesky's factor by MUMPS; return the factor, still empty."""
+    pc.setType("cholesky")
+    pc.setFactorSolverType("mumps")
+    pc.setFactorSetUpSolverType()
+    factor = pc.getFactorMatrix()
+    factor.setMumpsIcntl(13, 1)  # no parallel root, for which negative pivots are not counted
+    if not definite:
+        factor.setMumpsIcntl(14, PIVOTING_ROOM)
+    return factor
 
 
 def refuse_failure(factor: Any, size: int, definite: bool) -> None:

@@ -37,22 +37,20 @@ def tell_cut(nodes: np.ndarray, blocks: Sequence[Cells], inside: np.ndarray, pla
     label : str
         What is selected, such as "surface 'patch'".
     """
-    whole = [inside[block.nodes[:, : shape(block.kind).corners]].all(axis=1) for block in blocks]
-    taken, side = 0.0, np.zeros((len(nodes), 3))
-    for block, chosen in zip(blocks, whole, strict=True):
-        if shape(block.kind).dimension == 2:
-            area, normal = _areas(nodes, block, chosen)
-            taken += float(area.sum())
-            np.add.at(side, block.nodes[chosen], normal[:, None])
-    left = 0.0
-    for block, chosen in zip(blocks, whole, strict=True):
-        if shape(block.kind).dimension == 2:
-            beside = ~chosen & side[block.nodes].any(axis=(1, 2))
-            area, normal = _areas(nodes, block, beside, place, label)
-            near = side[block.nodes[beside]].sum(axis=1)
-            along = np.abs(np.einsum("mi,mi->m", near, normal))
-            lengths = np.linalg.norm(near, axis=1) * np.linalg.norm(normal, axis=1)
-            left += float(area[along > SMOOTH * lengths].sum())
+    faces = [block for block in blocks if shape(block.kind).dimension == 2]
+    whole = [inside[block.nodes[:, : shape(block.kind).corners]].all(axis=1) for block in faces]
+    taken, left, side = 0.0, 0.0, np.zeros((len(nodes), 3))
+    for block, chosen in zip(faces, whole, strict=True):
+        area, normal = _areas(nodes, block, chosen)
+        taken += float(area.sum())
+        np.add.at(side, block.nodes[chosen], normal[:, None])
+    for block, chosen in zip(faces, whole, strict=True):
+        beside = ~chosen & side[block.nodes].any(axis=(1, 2))
+        area, normal = _areas(nodes, block, beside, place, label)
+        near = side[block.nodes[beside]].sum(axis=1)
+        along = np.abs(np.einsum("mi,mi->m", near, normal))
+        lengths = np.linalg.norm(near, axis=1) * np.linalg.norm(normal, axis=1)
+        left += float(area[along > SMOOTH * lengths].sum())
     if left > TOLD * (taken + left):
         warnings.warn(
             f"{label}: the border of {place!r} cuts facets; {taken + left:.4g} m2 lie in it, of which the whole facets "

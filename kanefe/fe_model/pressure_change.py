@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from kanefe.fe_model.block_diagonal import block_diagonal
 from kanefe.fe_model.shapes import quadrature, shape
 from kanefe.frames import skews
 from kanefe.storage.scipy_later import sp
@@ -53,6 +54,11 @@ class PressureChange:
     across: sp.csr_matrix
     motion: sp.csr_matrix
     second: sp.csr_matrix | None = None
+
+    @property
+    def on_components(self) -> np.ndarray:
+        """Forces of a unit pressure on the components of the model, shape (N,), N/Pa and N m/Pa."""
+        return np.asarray(self.motion.T @ self.forces.ravel())
 
     def moved_by(self, motion: sp.csr_matrix) -> PressureChange:
         """Return the change over other coordinates, by which the components of this one move, (N, others)."""
@@ -129,18 +135,16 @@ def pressure_change(faces: Sequence[PushedFace], count: int, width: int) -> Pres
     motion, second = sp.kron(to_node, sp.eye(3, width), format="csr"), None
     if width > 3:
         arms = np.concatenate([np.zeros_like(f.places) if f.arms is None else f.arms for f in faces]).reshape(-1, 3)
-        outer = arms[:, :, None] * pushed[:, None, :]
-        own = 0.5 * (outer + outer.swapaxes(1, 2)) - np.trace(outer, axis1=1, axis2=2)[:, None, None] * np.eye(3)
         turns = sp.kron(to_node, sp.eye(3, width, k=3), format="csr")
-        motion = motion - _blocks(skews(arms)) @ turns
-        second = (turns.T @ _blocks(own) @ turns).tocsr()
+        motion = motion - block_diagonal(skews(arms)) @ turns
+        second = (turns.T @ block_diagonal(turning(pushed, arms)) @ turns).tocsr()
     return PressureChange(points, pushed, sp.block_diag(across, format="csr"), motion.tocsr(), second)
 
 
-def _blocks(blocks: np.ndarray) -> sp.csr_matrix:
-    """Return a block-diagonal matrix of blocks (P, 3, 3)."""
-    each = np.arange(len(blocks) + 1)
-    return sp.bsr_matrix((blocks, each[:-1], each)).tocsr()
+def turning(n: np.ndarray, r: np.ndarray) -> np.ndarray:
+    """Return X of ``n . theta x (theta x r) = theta . X theta`` for vectors (m, 3), shape (m, 3, 3)."""
+    mixed = r[:, :, None] * n[:, None, :]
+    return 0.5 * (mixed + mixed.swapaxes(1, 2)) - np.einsum("mi,mi->m", n, r)[:, None, None] * np.eye(3)
 
 
 def _by_points(face: PushedFace) -> tuple[np.ndarray, sp.csr_matrix]:

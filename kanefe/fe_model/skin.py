@@ -88,13 +88,14 @@ def facets_at(
     """
     inside = contained(nodes, place, label)
     surfaces = _surfaces(cells) if is_shell else ()
-    faces = (
-        (*skin([block for block in cells if shape(block.kind).dimension == 3]), *surfaces) if is_shell else skin(cells)
-    )
-    found = _inside(faces, inside)
-    if found:
+    solids = [block for block in cells if shape(block.kind).dimension == 3]
+    faces = (*skin(solids), *surfaces) if is_shell else skin(cells)
+    if found := _inside(faces, inside):
         tell_cut(nodes, faces, inside, place, label)
-    return found or (_inside(skin(surfaces), inside) or sides_at(nodes, cells, place, label) if is_shell else ())
+        return found
+    if not is_shell:
+        return ()
+    return _inside(skin(surfaces), inside) or sides_at(nodes, cells, place, label)
 
 
 def sides_at(nodes: np.ndarray, cells: Sequence[Cells], place: PlaceLike, label: str) -> tuple[Cells, ...]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from kanefe.errors import MissingDependency, ModelError
-from kanefe_fem._petsc import PIVOTING_ROOM, insufficient_support, refuse_failure
+from kanefe_fem._petsc import factor_by_mumps, insufficient_support, refuse_failure
 from kanefe_fem.processes.team import Team
 
 TOLERANCE = 1e-12
@@ -118,13 +118,7 @@ def factor(team: Team, own: None, matrix: int, definite: bool) -> tuple[int, lis
     ksp.setOperators(A)
     ksp.setType(petsc.KSP.Type.PREONLY)
     pc = ksp.getPC()
-    pc.setType(petsc.PC.Type.CHOLESKY)
-    pc.setFactorSolverType("mumps")
-    pc.setFactorSetUpSolverType()
-    made = pc.getFactorMatrix()
-    made.setMumpsIcntl(13, 1)  # as in one process: no parallel root, for which negative pivots are not counted
-    if not definite:
-        made.setMumpsIcntl(14, PIVOTING_ROOM)
+    made = factor_by_mumps(pc, definite)
     try:
         ksp.setUp()
     except petsc.Error as problem:

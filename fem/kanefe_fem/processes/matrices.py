@@ -15,13 +15,11 @@ import scipy.sparse as sp
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation
+from kanefe.fe_model.residuals import LARGEST
 from kanefe_fem._petsc import factorise as factorise_alone
 from kanefe_fem._petsc import insufficient_support
 from kanefe_fem.processes import _petsc as tasks
 from kanefe_fem.processes.team import Team
-
-LARGEST_RESIDUAL = 1e-6
-"""Residual of a static or a normal mode, relative to its load, above which it is refused."""
 
 
 @dataclass(eq=False)
@@ -276,9 +274,9 @@ class TeamFactor:
 
 def checked_residual(what: str, residual: float) -> float:
     """Return a residual; raise a ModelError if it is too large."""
-    if not residual <= LARGEST_RESIDUAL:
+    if not residual <= LARGEST:
         raise ModelError(
-            f"the residual of a {what} is {residual:.1e} of its load, above {LARGEST_RESIDUAL:.0e}: the stiffness is "
+            f"the residual of a {what} is {residual:.1e} of its load, above {LARGEST:.0e}: the stiffness is "
             "nearly singular. Remedy: check the mesh for parts that hang by an edge or a point, and for cells that are "
             "much stiffer than others"
         )

@@ -24,7 +24,7 @@ from kanefe.fe_model.thick_shell import thick_skin
 from kanefe.results.body_shape import BodyShape
 from kanefe_fem.recovery.mesh_error import Patch
 from kanefe_fem.recovery.rib_fields import UNIAXIAL, RibFields
-from kanefe_fem.recovery.scalars import FAILURES, SCALARS
+from kanefe_fem.recovery.scalars import FAILURES, SCALARS, worst_of
 from kanefe_fem.recovery.shell_fields import ShellStrainFields
 from kanefe_fem.recovery.shell_points import ShellStrains
 from kanefe_fem.recovery.strain_fields import CHUNK, Place, StrainFields, Tensor
@@ -159,8 +159,7 @@ class JoinedFields(ShellStrainFields):
             of_beams = self.ribs.scalar(quantity, eta, row)
         found = self._together(at, of_shell, of_solid, (len(eta),), None if of_beams is None else of_beams[1])
         if of_beams is not None and at == "nodes":
-            worst = np.fmin if quantity == "min_principal" else np.fmax
-            worst.at(found.T, self.ribs.table.ravel(), of_beams[0].reshape(len(eta), -1).T)  # type: ignore[union-attr]
+            worst_of(quantity).at(found.T, self.ribs.table.ravel(), of_beams[0].reshape(len(eta), -1).T)  # type: ignore[union-attr]
         return found
 
     @property
@@ -228,10 +227,7 @@ class JoinedFields(ShellStrainFields):
     def faces_scalar(self, quantity: str, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return the worst of coordinates (T, k) at the points by which the body is drawn."""
         part, row = self.part_of(material)
-        found, worst = (
-            [super().faces_scalar(quantity, eta, material)],
-            np.fmin if quantity == "min_principal" else np.fmax,
-        )
+        found, worst = [super().faces_scalar(quantity, eta, material)], worst_of(quantity)
         rows = [row if part == own else NO_MATERIAL if part else None for own in ("solids", "beams")]
         for values, own, used in zip(
             (self._of_solid, self._of_fibres), rows, (self._on_skin, slice(None)), strict=True

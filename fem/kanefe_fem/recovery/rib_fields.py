@@ -18,6 +18,7 @@ from kanefe.fe_model.model import Cells
 from kanefe.fe_model.ribs import NODES, Ribs
 from kanefe.fe_model.shapes import shape
 from kanefe_fem.recovery.mesh_error import Patch
+from kanefe_fem.recovery.scalars import worst_of
 from kanefe_fem.recovery.section_forces import SectionForces
 from kanefe_fem.recovery.strain_fields import CHUNK
 from kanefe_fem.shells.stiffeners import STATIONS, Station
@@ -137,7 +138,7 @@ class RibFields:
             )
         shown = np.full(len(self.table), True) if rib is None else self.ribs.of_line == rib
         size = max(1, CHUNK // (3 * self.ribs.fibres.shape[1] * len(self.table)))
-        worst = np.fmin if quantity == "min_principal" else np.fmax
+        worst = worst_of(quantity)
         found = np.full((len(eta), len(self.table), 3), np.nan)
         for first in range(0, len(eta), size):
             values = UNIAXIAL[quantity](self.stress(NODES, eta[first : first + size])[:, shown])

@@ -70,6 +70,11 @@ SCALARS: dict[str, Callable[[np.ndarray], np.ndarray]] = {
 """Scalar functions of the stress, Pa."""
 
 
+def worst_of(quantity: str) -> np.ufunc:
+    """Return the function that takes the worse of two values of a scalar, and the other one where one is NaN."""
+    return np.fmin if quantity == "min_principal" else np.fmax
+
+
 def max_stress(stress: np.ndarray, strengths: np.ndarray) -> np.ndarray:
     """Return the largest share of a strength that a stress takes, shape (...,): 1 is failure.
 

@@ -19,7 +19,7 @@ from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity
 from kanefe.fe_model.thick_shell import thick_skin
 from kanefe_fem.materials.voigt import bond_matrix
 from kanefe_fem.recovery.mesh_error import Patch
-from kanefe_fem.recovery.scalars import ACROSS, FAILURES, PLANE, SCALARS
+from kanefe_fem.recovery.scalars import ACROSS, FAILURES, PLANE, SCALARS, worst_of
 from kanefe_fem.recovery.shell_points import Points, ShellStrains
 from kanefe_fem.recovery.shell_strains import pulled_back
 from kanefe_fem.recovery.strain_fields import CHUNK, Place, StrainFields, Tensor
@@ -109,7 +109,7 @@ class ShellStrainFields(StrainFields):
     def scalar(self, quantity: str, at: Place, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return a scalar of the stress, (T, n) or (T, cells): the worst of the heights, and of the sides of a fold."""
         points = self.shell.points(at)
-        worst: Callable[..., np.ndarray] = np.fmin if quantity == "min_principal" else np.fmax
+        worst = worst_of(quantity)
         total = np.full((len(eta), len(points.section)), np.nan)
         parts = self.shell.strains(at, eta)
         for level in self._levels(points):
@@ -215,7 +215,7 @@ class ShellStrainFields(StrainFields):
 
     def faces_scalar(self, quantity: str, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return the worst of coordinates (T, k) at the bottom and then the top of all places, shape (2 P,)."""
-        points, worst = self.shell.at_places, np.fmin if quantity == "min_principal" else np.fmax
+        points, worst = self.shell.at_places, worst_of(quantity)
         found = []
         for level in (self._face(points, face) for face in ("bottom", "top")):
             best = np.full(len(points.section), np.nan)

@@ -10,7 +10,6 @@ nothing.
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse as sp
 
 from kanefe.fe_model.shapes import quadrature, shape
 
@@ -68,10 +67,3 @@ def energy_of_moments(
     strains = T @ (functions / FIELDS)
     scale = weights * stretch * (thickness @ element.values(points).T) ** power
     return np.asarray(np.einsum("mp,mpsf,mst,mptg->mfg", scale, strains, modulus, strains, optimize=True))
-
-
-def block_diagonal(blocks: np.ndarray) -> sp.csr_matrix:
-    """Return a sparse matrix with these blocks (m, k, k) on its diagonal."""
-    count = np.arange(len(blocks) + 1)
-    size = len(blocks) * blocks.shape[1]
-    return sp.bsr_matrix((blocks, count[:-1], count), shape=(size, size)).tocsr()

@@ -123,10 +123,8 @@ def _of_face(
     found: Directors,
 ) -> NodalPattern:
     nodes, own = np.asarray(mesh.nodes), list(groups.values())
-    count, first = len(nodes), np.zeros(3)
-    traction, pressure = np.zeros((count, 6, 3)), np.zeros((count, 6))
-    force, moment, area = np.zeros(3), np.zeros(3), 0.0
-    deforming, along = [], 1.0 if face.side == "bottom" else -1.0
+    first, traction, area = np.zeros(3), np.zeros((len(nodes), 6, 3)), 0.0
+    pushed, along = [], 1.0 if face.side == "bottom" else -1.0
     for block, chosen in zip(blocks, _chosen(mesh, name, face, list(groups), blocks), strict=True):
         layers = own[block.group].section.layers
         height = layers[0].bottom + SIDES[face.side] * (layers[-1].top - layers[0].bottom)
@@ -134,23 +132,22 @@ def _of_face(
         arm = height * block.thickness[chosen][..., None] * found.normal[block.sides[chosen]]
         places = nodes[table] + arm
         values, weights, tangents = _at_points(block.cells.kind, places)
-        normal = np.cross(tangents[..., 0], tangents[..., 1]) * along
-        shares = np.einsum("mp,p,pn->mn", np.linalg.norm(normal, axis=2), weights, values)
-        pushed = np.einsum("mpi,p,pn->mni", normal, weights, values)
-        _add_forces(traction, table, shares[..., None, None] * np.eye(3), arm)
-        _add_forces(pressure, table, pushed[..., None], arm)
+        stretch = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=2)
+        shares = np.einsum("mp,p,pn->mn", stretch, weights, values)
+        forces = shares[..., None, None] * np.eye(3)
+        np.add.at(traction, table, np.concatenate((forces, np.cross(arm[..., None], forces, axis=2)), axis=2))
         area, first = area + shares.sum(), first + np.einsum("mn,mni->i", shares, places)
-        force, moment = force + pushed.sum(axis=(0, 1)), moment + np.cross(places, pushed).sum(axis=(0, 1))
-        deforming.append(PushedFace(block.cells.kind, table, places, np.full(len(table), along), arm))
+        pushed.append(PushedFace(block.cells.kind, table, places, np.full(len(table), along), arm))
+    change = pressure_change(pushed, len(nodes), len(COMPONENTS))
     return NodalPattern(
         kind="surface",
         measure=float(area),
         first=first,
-        traction=traction.reshape(6 * count, 3),
-        pressure=pressure.ravel(),
-        pressure_force=force,
-        pressure_moment=moment,
-        pressure_change=pressure_change(deforming, count, len(COMPONENTS)),
+        traction=traction.reshape(-1, 3),
+        pressure=change.on_components,
+        pressure_force=change.forces.sum(axis=0),
+        pressure_moment=np.cross(change.points, change.forces).sum(axis=0),
+        pressure_change=change,
     )
 
 
@@ -158,9 +155,10 @@ def _chosen(
     mesh: Mesh, name: str, face: ShellFace, groups: Sequence[str], blocks: Sequence[BlockOfGroup]
 ) -> list[np.ndarray]:
     """Return which cells of each block belong to a face."""
-    inside = np.ones(len(mesh.nodes), dtype=bool)
-    if face.of is not None and not isinstance(face.of, str):
-        inside = contained(np.asarray(mesh.nodes), face.of, f"surface {name!r}")
+    inside, label = np.ones(len(mesh.nodes), dtype=bool), f"surface {name!r}"
+    place = None if isinstance(face.of, str) else face.of
+    if place is not None:
+        inside = contained(np.asarray(mesh.nodes), place, label)
     chosen = []
     for block in blocks:
         corners = block.cells.nodes[:, : shape(block.cells.kind).corners]
@@ -170,8 +168,8 @@ def _chosen(
         raise ModelError(
             f"{mesh.source}: no cell has all its corners in the surface {name!r}, {face.of!r}. Remedy: a larger place"
         )
-    if face.of is not None and not isinstance(face.of, str):
-        tell_cut(np.asarray(mesh.nodes), [block.cells for block in blocks], inside, face.of, f"surface {name!r}")
+    if place is not None:
+        tell_cut(np.asarray(mesh.nodes), [block.cells for block in blocks], inside, place, label)
     return chosen
 
 
@@ -180,9 +178,3 @@ def _at_points(kind: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.nda
     points, weights = quadrature(kind, DEGREE)
     element = shape(kind)
     return element.values(points), weights, np.einsum("pna,mni->mpia", element.gradients(points), x)
-
-
-def _add_forces(total: np.ndarray, table: np.ndarray, forces: np.ndarray, arm: np.ndarray) -> None:
-    """Add forces (m, n, 3, c) on points at arms (m, n, 3) from nodes to those on all nodes, (N, 6, c) or (N, 6)."""
-    wrench = np.concatenate((forces, np.cross(arm[..., None], forces, axis=2)), axis=2)
-    np.add.at(total, table, wrench.reshape(*table.shape, *total.shape[1:]))

@@ -19,6 +19,7 @@ from typing import NamedTuple, cast
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.fe_model.block_diagonal import block_diagonal
 from kanefe.fe_model.model import (
     Cells,
     Elasticity,
@@ -28,11 +29,11 @@ from kanefe.fe_model.model import (
     StressStiffness,
     fields_together,
 )
+from kanefe.fe_model.pressure_change import turning
 from kanefe.fe_model.shapes import shape
 from kanefe.frames import skews
-from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.seams import Seams
-from kanefe_fem.shells.stiffeners import StiffenerLines, ribs_together, turning
+from kanefe_fem.shells.stiffeners import StiffenerLines, ribs_together
 
 STIFF = 1e3
 """Stiffness of a component that follows, relative to that of the shell there."""

@@ -17,11 +17,12 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.fe_model.block_diagonal import block_diagonal
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import Shape, quadrature, shape
 from kanefe_fem import _fenicsx
 from kanefe_fem.shells import forms as shell_forms
-from kanefe_fem.shells.assumed import FIELDS, block_diagonal, energy_of_moments
+from kanefe_fem.shells.assumed import FIELDS, energy_of_moments
 from kanefe_fem.shells.directors import Directors
 from kanefe_fem.shells.sections import ShellSection
 
@@ -130,12 +131,6 @@ class ShellProblem:
         """Return the matrix of an integrand in the order of the space."""
         return _fenicsx.assemble_matrix(self.fx, self.fx.fem.form(integrand * self.measure(rule)))
 
-    def in_order_of_nodes(self, matrix: sp.csr_matrix, count: int) -> sp.csr_matrix:
-        """Return a matrix of the space in the order of `count` nodes."""
-        places = (6 * self.nodes_of_space[:, None] + np.arange(6)).ravel()
-        coo = matrix.tocoo()
-        return sp.csr_matrix((coo.data, (places[coo.row], places[coo.col])), shape=(6 * count, 6 * count))
-
     def stiffness(self, count: int) -> sp.csr_matrix:
         """Return K in the order of `count` nodes, N/m, N and N m."""
         ufl = self.fx.ufl
@@ -163,7 +158,7 @@ class ShellProblem:
             flat = surface.strains(w), surface.strains(v)
             layer, height = self.layer()
             form = self.through_thickness(flat, (surface.at(height, w), surface.at(height, v)), layer)
-            yield from self._at_points(form, layer)
+            yield from self.at_points(form, layer)
 
     def _energy(self, w: Any, v: Any) -> list[Any]:
         """Return the compiled forms of the energy, of quadrangles one with all rules: see `RULES`."""
@@ -234,11 +229,7 @@ class ShellProblem:
         integrand = shell_forms.through_thickness(self.surface, flat, curved, layer)
         return self.fx.fem.form(integrand * self.measure(1))
 
-    def over_layers(self, form: Any, layer: Any) -> sp.csr_matrix:
-        """Return the sum of a form over two points in each layer."""
-        return _fenicsx.assemble_sum(self.fx, self._at_points(form, layer))
-
-    def _at_points(self, form: Any, layer: Any) -> Iterator[Any]:
+    def at_points(self, form: Any, layer: Any) -> Iterator[Any]:
         """Yield the form for one point of a layer after the other."""
         for number in range(max(len(section.layers) for section in self.given.sections)):
             for end in (-1.0, 1.0):
@@ -248,7 +239,7 @@ class ShellProblem:
 
 
 def blocks_at_nodes(matrix: sp.csr_matrix, node: np.ndarray, count: int) -> sp.csr_matrix:
-    """Return a matrix of whole blocks in the order of `count` nodes: as `ShellProblem.in_order_of_nodes`, but quicker.
+    """Return a matrix of whole blocks in the order of `count` nodes.
 
     Parameters
     ----------

@@ -18,12 +18,12 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from kanefe.errors import MeshError
+from kanefe.fe_model.block_diagonal import block_diagonal
 from kanefe.fe_model.model import Cells
 from kanefe.fe_model.shapes import FACES, corner_kind, shape
 from kanefe.fe_model.skin import facet_of
 from kanefe.frames import skews
 from kanefe_fem.mesh.closest import closest_points
-from kanefe_fem.shells.assumed import block_diagonal
 from kanefe_fem.shells.directors import Directors
 from kanefe_fem.shells.problem import ShellCells
 

@@ -20,6 +20,7 @@ import scipy.sparse as sp
 
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import MassField
+from kanefe.fe_model.pressure_change import turning
 from kanefe.fe_model.ribs import Ribs, axes_along
 from kanefe.fe_model.shapes import shape
 from kanefe.frames import skews
@@ -60,12 +61,6 @@ class Station:
         stretch[:, 1] -= np.einsum("mi,mij->mj", self.axes[:, 2], self.theta)
         stretch[:, 2] += np.einsum("mi,mij->mj", self.axes[:, 1], self.theta)
         return np.concatenate((stretch, self.axes @ self.dtheta), axis=1)
-
-
-def turning(n: np.ndarray, r: np.ndarray) -> np.ndarray:
-    """Return X of ``n . theta x (theta x r) = theta . X theta``, shape (m, 3, 3)."""
-    mixed = r[:, :, None] * n[:, None, :]
-    return 0.5 * (mixed + mixed.swapaxes(1, 2)) - np.einsum("mi,mi->m", n, r)[:, None, None] * np.eye(3)
 
 
 def _motion(shares: np.ndarray, arms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ import scipy.sparse as sp
 
 from kanefe.fe_model.model import StressStiffness
 from kanefe_fem import _fenicsx
-from kanefe_fem.shells.problem import RULES, ShellProblem
+from kanefe_fem.shells.problem import RULES, ShellProblem, blocks_at_nodes
 from kanefe_fem.shells.unresisted import unresisted_work
 
 
@@ -68,12 +69,12 @@ class _Stressed:
 
     @cached_property
     def _of_layers(self) -> tuple[Any, Any]:
-        """The function of a point of each layer, and the compiled form of what the curvature adds there."""
+        """The compiled form of what the curvature adds at a point of each layer, and the function of that point."""
         one, surface = self.problem, self.surface
         layer, height = one.layer()
         flat = surface.strains(self.load), surface.second(self.w, self.v)
         curved = surface.at(height, self.load), surface.second_at(height, self.w, self.v)
-        return layer, one.through_thickness(flat, curved, layer)
+        return one.through_thickness(flat, curved, layer), layer
 
     def matrix(self, u: np.ndarray) -> sp.csr_matrix:
         """Return the geometric stiffness of displacements (n, 6) of all nodes, in their order."""
@@ -83,19 +84,20 @@ class _Stressed:
         if one.element.is_simplex:
             inner, made = self._bubble
             inner.x.array[:] = -(made @ own)
-        total = sum(_fenicsx.assemble_matrix(one.fx, form) for form in self._of_points)
-        unresisted = sp.csr_matrix((6 * len(u), 6 * len(u)))
-        if not one.element.is_simplex:
-            made, form = self._of_moments
-            of_cells = [(forces @ own).reshape(len(one.cells), -1) for _, forces in made]
-            for (function, _), values in zip(made, of_cells, strict=True):
-                _fenicsx.put_in_cells(function, values)
-            total = total + _fenicsx.assemble_matrix(one.fx, form)
-            unresisted = unresisted_work(one.cells, one.nodes, one.normals, of_cells[0])
-        if one.curved:
-            layer, form = self._of_layers
-            total = total + one.over_layers(form, layer)
-        return one.in_order_of_nodes(total, len(u)) - unresisted
+        if one.element.is_simplex:
+            return self._integrated(len(u), [])
+        made, form = self._of_moments
+        of_cells = [(forces @ own).reshape(len(one.cells), -1) for _, forces in made]
+        for (function, _), values in zip(made, of_cells, strict=True):
+            _fenicsx.put_in_cells(function, values)
+        return self._integrated(len(u), [form]) - unresisted_work(one.cells, one.nodes, one.normals, of_cells[0])
+
+    def _integrated(self, count: int, assumed: list[Any]) -> sp.csr_matrix:
+        """Return the sum of all forms, with those of assumed strains, in the order of `count` nodes."""
+        one = self.problem
+        of_layers = one.at_points(*self._of_layers) if one.curved else ()
+        total = _fenicsx.assemble_sum(one.fx, chain(self._of_points, assumed, of_layers))
+        return blocks_at_nodes(total, one.nodes_of_space, count)
 
 
 def stress_stiffness(problems: Sequence[ShellProblem], count: int) -> StressStiffness:

@@ -13,8 +13,8 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sp
 
+from kanefe.fe_model.block_diagonal import block_diagonal
 from kanefe.fe_model.shapes import quadrature, shape
-from kanefe_fem.shells.assumed import block_diagonal
 
 DEGREE = 7
 """Degree of quadrature: exact for the products of two gradients and a bilinear function."""
