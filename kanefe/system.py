@@ -218,9 +218,9 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         start : state, optional
             Coordinates and speeds at the start: ``result.at(t)``, an `Equilibrium`, the `SceneState` passed to
             functions of the user, or a vector named by `Model.state_names`. A state of another scene is used body by
-            body, by name: driven joints may become free and free ones driven, and bodies that are not in the state
-            start as they were added. Its time is not used: loads and drives are those of `t_span`. Default: the start
-            given in the scene.
+            body, by name: driven joints may become free and free ones driven; deformations are transferred to other
+            modes or a finer mesh; and bodies that are not in the state start as they were added. Its time is not used:
+            loads and drives are those of `t_span`. Default: the start given in the scene.
         record : str, Record, or sequence of these, optional
             Channels to be recorded while the run goes on, at times or events of their own: see `Record`. They are in
             ``result.records``, by name of column. States at times that are only recorded are not kept, so that a long

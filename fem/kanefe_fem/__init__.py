@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from kanefe_fem.materials.strengths import Strengths as Strengths
     from kanefe_fem.materials.user_energy import UserEnergy as UserEnergy
     from kanefe_fem.mesh.mesh import Mesh as Mesh
+    from kanefe_fem.mesh.refinement import refined_mesh as refined_mesh
     from kanefe_fem.mesh.simple import box_mesh as box_mesh
     from kanefe_fem.mesh.simple import cylinder_mesh as cylinder_mesh
     from kanefe_fem.mesh.simple import rectangle_mesh as rectangle_mesh

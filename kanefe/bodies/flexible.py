@@ -17,6 +17,7 @@ import numpy as np
 from kanefe._public import served
 from kanefe.arguments import checked
 from kanefe.bodies.inner_motion import InnerMotion
+from kanefe.bodies.made_from_source import MadeFromSource
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, ROTATIONS, Cells, Elasticity
@@ -144,7 +145,7 @@ class InterfaceFrame:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class FlexibleBody(PickledByFields):
+class FlexibleBody(MadeFromSource, PickledByFields):
     """The data of a flexible body for Kane's equations.
 
     Attributes

@@ -10,11 +10,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
 
 from kanefe.arguments import checked
+from kanefe.bodies.made_from_source import MadeFromSource
 from kanefe.errors import ModelError
 
 if TYPE_CHECKING:
@@ -47,7 +48,7 @@ class Segment:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class SegmentedBody:
+class SegmentedBody(MadeFromSource):
     """A slender body as a chain of linear segments, made by `kanefe_fem.segmented`.
 
     Attributes
@@ -147,6 +148,34 @@ class SegmentedBody:
             if found.size:
                 return number, int(found[0])
         raise ModelError(f"node {node} is in no segment of this body")
+
+    @checked("refined", "order", "segments")
+    def rebuilt(
+        self,
+        reduction: Any = None,
+        stiffening: Literal["none", "inertial", "full"] | None = None,
+        refined: int = 0,
+        order: int | None = None,
+        segments: int | None = None,
+    ) -> Self:
+        """Return the chain made again from the same source: see `FlexibleBody.rebuilt`.
+
+        Parameters
+        ----------
+        reduction, stiffening, refined, order
+            As there; the reduction is that of each segment.
+        segments : int, optional
+            Number of segments. Default: as it was.
+
+        Raises
+        ------
+        ModelError, FileError
+            As there, and as `kanefe_fem.segmented`.
+        """
+        from kanefe.bodies.source import Changes, rebuilt_body
+
+        chain: Self = rebuilt_body(self, Changes(reduction, stiffening, refined, order, segments))
+        return chain
 
     @cached_property
     def _owners(self) -> dict[str, int]:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Protocol, TypeGuard
 
 import numpy as np
 
+from kanefe.bodies.transfer import transferred
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError
 from kanefe.frames import Vector, numbers
@@ -53,8 +55,9 @@ def knows_states(model: Model, start: object) -> bool:
 def given_state(model: Model, t: object, start: object, what: str) -> tuple[float, Vector]:
     """Return time (s) and state y = (q, u, z) of a model from a given state; None: its own start.
 
-    A state of another scene is used body by body, by name, for joints with the same coordinates, driven or not, and the
-    same modes. Bodies that are not in it have the start of the model.
+    A state of another scene is used body by body, by name, for joints with the same coordinates, driven or not;
+    deformations of bodies with other modes or a finer mesh are transferred. Bodies that are not in it have the start of
+    the model.
 
     Raises
     ------
@@ -123,8 +126,8 @@ def _by_name(model: Model, start: AtOneTime, what: str) -> Vector:
         moves = body.speeds < model.free_count
         u[body.speeds[moves]] = full[before.speeds[moves]]
         if body.flexible is not None and before.flexible is not None:
-            q[body.flexible.eta] = start.q[before.flexible.eta]
-            u[body.flexible.speeds] = full[before.flexible.speeds]
+            modal = start.q[before.flexible.eta], full[before.flexible.speeds]
+            q[body.flexible.eta], u[body.flexible.speeds] = _of_modes(body, before, modal)
     inner = dict(zip(old.internal_names(), start.z.tolist(), strict=True))
     z[:] = [inner.get(name, value) for name, value in zip(model.internal_names(), z.tolist(), strict=True)]
     return y
@@ -140,11 +143,19 @@ def _check_alike(body: BodyTerms, before: BodyTerms, what: str) -> None:
     ours, theirs = (None if part.flexible is None else part.flexible.body for part in (body, before))
     if ours is theirs:
         return
-    if ours is None or theirs is None or not _same_modes(ours.basis, theirs.basis):
+    if ours is None or theirs is None:
         raise ModelError(
-            f"start of {what}: {body.name!r} has other modes than the body of that name in the scene of the state. "
-            "Remedy: the same flexible body, or a vector"
+            f"start of {what}: {body.name!r} is flexible here or in the scene of the state, and rigid in the other. "
+            "Remedy: the same body, or a vector"
         )
+
+
+def _of_modes(body: BodyTerms, before: BodyTerms, modal: tuple[Vector, Vector]) -> Sequence[Vector]:
+    """Return coordinates and rates of a body that move it as these moved that of the same name."""
+    ours, theirs = (part.flexible.body for part in (body, before) if part.flexible is not None)
+    if ours is theirs or _same_modes(ours.basis, theirs.basis):
+        return modal
+    return [found for one in modal if (found := transferred(theirs, ours, one, body.name)) is not None]
 
 
 def _same_modes(ours: Any, theirs: Any) -> bool:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 
@@ -218,6 +218,8 @@ class FiniteElementModel:
         `kanefe.bodies.wet_moments`.
     stresses : Stresses or None
         Stress recovery of elements other than those of `elasticity`.
+    source : ModelSource or None
+        How to make it again. It is no field: copies and files have none.
     """
 
     nodes: np.ndarray
@@ -239,6 +241,10 @@ class FiniteElementModel:
     viscoelastic: tuple[ViscoelasticPart, ...] = ()
     added_mass: sp.csr_matrix | None = None
     stresses: Stresses | None = None
+    source: ClassVar[Any] = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: value for name, value in vars(self).items() if name != "source"}
 
     @property
     def size(self) -> int:

@@ -17,6 +17,7 @@ from kanefe.arguments import checked
 from kanefe.bodies.flexible import FlexibleBody, InterfaceFrame
 from kanefe.bodies.mass_moments import MassMoments
 from kanefe.bodies.nodal_moments import NodalMoments
+from kanefe.bodies.source import sourced
 from kanefe.bodies.wet_moments import WetMoments
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import Damping, damping_matrix, damping_name
@@ -35,6 +36,7 @@ from kanefe.reduction.massless import has_massless, tell_massless, tell_of_frame
 from kanefe.reduction.orthonormal import modes_by_mass
 from kanefe.reduction.record import reduction_record
 from kanefe.reduction.relaxation import loss_shapes, reduced_losses, refuse_losses
+from kanefe.reduction.source import source_of_model
 from kanefe.reduction.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
 from kanefe.reduction.stress_modes import stress_modes
 
@@ -87,9 +89,23 @@ def flexible_body(
     if reduction is not None and not hasattr(reduction, "basis"):
         raise ModelError(f"reduction must be CraigBampton(modes=...), FreeInterface, Krylov or None, not {reduction!r}")
     check_stiffening(stiffening, model)
+    specs = {} if interfaces is None else interfaces
+    body = _made_body(model, specs, reduction, damping, stiffening, factorise)
+    options = {"reduction": reduction, "damping": damping, "stiffening": stiffening, "factorise": factorise}
+    return sourced(body, source_of_model(flexible_body, model, specs, options))
+
+
+def _made_body(
+    model: FiniteElementModel,
+    interfaces: Mapping[str, str | Interface],
+    reduction: Reduction | None,
+    damping: Damping,
+    stiffening: StiffeningLevel,
+    factorise: Factorise,
+) -> FlexibleBody:
     started = time.perf_counter()
     with stage("tie the interfaces"):
-        model, interfaces = with_places(model, {} if interfaces is None else interfaces)
+        model, interfaces = with_places(model, interfaces)
         ties = tie_interfaces(model, interfaces)
         rigid_count = unrestrained_motions(model, ties)
         problem = StaticProblem(_with_fluid(model), ties, rigid_count, factorise)

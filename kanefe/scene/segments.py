@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Self
 
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
@@ -14,6 +14,7 @@ from kanefe.scene.bodies import BodyMethods
 from kanefe.scene.scene import FlexibleMember, Frame
 
 if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
     from kanefe.bodies.segmented import SegmentedBody
 
 
@@ -135,3 +136,38 @@ class SegmentMethods(BodyMethods):
         for i, segment in enumerate(body.segments, 1):
             members.append(FlexibleMember(self, numbers[f"{name} {i}"], f"{name} {i}", body=segment.body))
         return SegmentedMember(self, members[body.base].number, name, body=body, members=tuple(members))
+
+    @checked
+    def with_bodies(self, bodies: Mapping[str, FlexibleBody | SegmentedBody]) -> Self:
+        """Return an open copy of the scene with other flexible bodies in the places of some of its own.
+
+        What is at an interface is at that of the same name of the other body, what is at a node at that in the same
+        place; distributed loads are on the surfaces and lines of the same names. Deformations at the start are
+        transferred, and so is a `start=` of the old scene in `simulate`.
+
+        Parameters
+        ----------
+        bodies : dict of str to FlexibleBody or SegmentedBody
+            By the names in the scene; usually ``body.rebuilt(...)``.
+
+        Raises
+        ------
+        ModelError
+            If there is no such body, or the other one lacks an interface, a surface or a node; the message names it.
+
+        Examples
+        --------
+        >>> import kanefe as kf
+        >>> from kanefe_fem import Material, Rectangle, beam_body, straight_beam
+        >>> rod = straight_beam(1.0, Rectangle(0.02, 0.02), Material(E=210e9, nu=0.3, rho=7850.0))
+        >>> scene = kf.System(gravity=(0, 0, -9.81))
+        >>> member = scene.add_flexible_body("rod", beam_body(rod, {"root": "clamped"}, kf.CraigBampton(modes=2)))
+        >>> finer = scene.with_bodies({"rod": member.body.rebuilt(kf.CraigBampton(modes=8), refined=1)})
+        >>> finer.body("rod").body.free_count
+        8
+        """
+        from kanefe.scene.replaced_bodies import replace_bodies
+
+        other = self.copy()
+        replace_bodies(other, bodies)
+        return other

@@ -10,6 +10,7 @@ import textwrap
 import threading
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -115,8 +116,9 @@ class TestSolidBody:
     def test_every_option_is_in_the_key(self, monkeypatch: pytest.MonkeyPatch) -> None:
         taken: dict[str, Any] = {}
 
-        def take(mesh: Any, options: dict[str, Any], make: Any) -> None:
+        def take(mesh: Any, options: dict[str, Any], make: Any) -> SimpleNamespace:
             taken.update(options)
+            return SimpleNamespace()
 
         monkeypatch.setattr(body_cache, "cached_body", take)
         of_bar()

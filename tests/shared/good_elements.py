@@ -152,6 +152,7 @@ call("kanefe_fem.segmented", fem.segmented, body=steel_beam(4), **SEGMENTS)
 chain = cache(lambda: fem.segmented(steel_beam(4), **SEGMENTS))
 on("kanefe.SegmentedBody.segment_of", chain, interface="tip")
 on("kanefe.SegmentedBody.place_of_node", chain, node=1)
+on("kanefe.SegmentedBody.rebuilt", chain, reduction=None, stiffening="none", refined=1, order=None, segments=2)
 call(
     "kanefe_fem.exact_beam",
     fem.exact_beam,
@@ -179,6 +180,7 @@ call("kanefe_fem.rectangle_mesh", fem.rectangle_mesh, length=1.0, height=1.0, co
 box = cache(lambda: fem.box_mesh((1.0, 1.0, 1.0), (1, 1, 1)))
 on("kanefe_fem.Mesh.with_groups", box, places={"a": kf.OnPlane((0, 0, 0), (1, 0, 0))})
 on("kanefe_fem.Mesh.with_order", box, order=2)
+call("kanefe_fem.refined_mesh", fem.refined_mesh, mesh=box(), times=1)
 call("kanefe_fem.read_mesh", fem.read_mesh, path=ROOT / "meshes" / "arm.msh", order=None, names=None, cells=None)
 STEP = cache(lambda: write_step(FILES / "hinge.step", hinge, names=("fork", "arm", "pin")))
 DENSITY = {"materials": {"*": 1e3}, "flexible": (), "order": 2, "overlaps": False}

@@ -15,7 +15,7 @@ import kanefe_fem as fem
 from good_bodies import EXPECTED
 from good_call import CALLS, FILES, Call, call, files, on
 from good_elements import BEAM, SECTION, chain
-from good_scenes import FRAME, adds
+from good_scenes import FRAME, adds, beam, cantilever
 from good_seas import SEA, sea
 from good_studies import study
 from kanefe.fe_model.model import Cells
@@ -133,6 +133,8 @@ adds(
         "follows": False,
     },
 )
+CALLS["kanefe.System.with_bodies"] = Call(lambda: (cantilever().with_bodies, {"bodies": {"beam": beam()}}))
+on("kanefe.FlexibleBody.rebuilt", beam, reduction=kf.CraigBampton(modes=3), stiffening="full", refined=1, order=None)
 adds("kanefe.System.add_segmented_body", lambda s: {"name": "b", "body": chain(), **FRAME, "gravity": True})
 adds("kanefe.System.segmented_body", lambda s: {"name": s.add_segmented_body("b", chain()).name})
 call(

@@ -21,6 +21,7 @@ import scipy.sparse as sp
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, FiniteElementModel
+from kanefe.fe_model.source import changed_model, with_source
 from kanefe.frames import numbers
 from kanefe_fem.beams import elements as be
 from kanefe_fem.beams.beam_section import BeamSection
@@ -30,6 +31,7 @@ from kanefe_fem.beams.geometric_stiffness import BeamStressStiffness
 from kanefe_fem.beams.line_loads import check_lines, chosen_lines, line_groups, line_pattern
 from kanefe_fem.beams.mass import AXIAL_STATIONS, mass_field
 from kanefe_fem.beams.properties import ElementProperties, of_matrices, section_elasticity
+from kanefe_fem.beams.split import SplitBeams
 from kanefe_fem.machine.memory import check_size
 from kanefe_fem.materials.damping import losses_of
 
@@ -136,7 +138,8 @@ def beam_model(
     mass = symmetric(field.mass_matrix())
     arms = np.asarray(field.arms).reshape(len(connectivity), AXIAL_STATIONS, -1, 3)
     stress_stiffness = BeamStressStiffness(properties, polar_radius, axes, dofs, size, arms, rotary_inertia)
-    return FiniteElementModel(
+    split = SplitBeams(points, connectivity, sections, materials, orientation, node_groups, spans, lines is not None)
+    model = FiniteElementModel(
         nodes=points,
         components=components,
         stiffness=stiffness,
@@ -165,6 +168,8 @@ def beam_model(
             "seconds": {"assembly": time.perf_counter() - started},
         },
     )
+    options: dict[str, Any] = {"theory": theory, "planar": planar, "rotary_inertia": rotary_inertia}
+    return with_source(model, split.source(lambda arrays: beam_model(**arrays, **options)))
 
 
 @checked("direction", "start", "planar", "rotary_inertia")
@@ -270,7 +275,10 @@ def beam_body(
     from kanefe.reduction import flexible_body
 
     if lines is not None:
-        model = replace(model, load_patterns=chosen_lines(model.load_patterns, lines))
+        chosen_lines(model.load_patterns, lines)  # refuses unknown ones
+        model = changed_model(
+            model, lambda whole: replace(whole, load_patterns=chosen_lines(whole.load_patterns, lines))
+        )
     return flexible_body(model, interfaces, reduction=reduction, damping=damping, stiffening=stiffening)
 
 

@@ -13,12 +13,14 @@ from kanefe.bodies.exact.beam_line import BeamLine, magnus, turns_of_vectors
 from kanefe.bodies.exact.build import STRAINS, SectionFields, beam_line
 from kanefe.bodies.exact.inertia import BeamInertia
 from kanefe.bodies.exact.strain_basis import Legendre, StrainBasis
+from kanefe.bodies.source import sourced
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import ModalDamping, RayleighDamping, damping_of
 from kanefe.fe_model.model import Elasticity
 from kanefe.frames import numbers
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.checks import check_material
+from kanefe_fem.beams.exact_source import source_of_beam
 from kanefe_fem.beams.properties import section_elasticity
 from kanefe_fem.materials.damping import refuse_losses
 
@@ -129,7 +131,16 @@ def exact_beam(
     ends = np.cumsum(line.lengths)
     stations = {name: 0 if s == 0.0 else line.end_node(int(np.abs(ends - s).argmin())) for name, s in where.items()}
     provenance = {"source": "kanefe_fem.exact_beam", "theory": theory, "planar": planar, "length": length}
-    return exact_beam_body(line, K, C, stations, provenance, _elasticity(line, section_at, material, planar))
+    body = exact_beam_body(line, K, C, stations, provenance, _elasticity(line, section_at, material, planar))
+    options: dict[str, Any] = {
+        "length": length,
+        "section": section,
+        "material": material,
+        "theory": theory,
+        "planar": planar,
+    }
+    options |= {"curvature": curvature, "axes": axes, "interfaces": interfaces, "damping": damping}
+    return sourced(body, source_of_beam(exact_beam, basis, options))
 
 
 def _bases(given: Any, kept: Sequence[str]) -> dict[int, StrainBasis]:

@@ -12,6 +12,7 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import FiniteElementModel
+from kanefe.fe_model.source import changed_model
 from kanefe_fem.beams.beam_section import BeamSection
 from kanefe_fem.beams.body import Theory, beam_model
 
@@ -105,7 +106,7 @@ def beam_model_from_mesh(
         lines=_element_numbers(lines),
     )
     source = {"source": "kanefe_fem.beam_model_from_mesh", "mesh": mesh.source, **mesh.provenance}
-    return replace(model, provenance={**model.provenance, **source})
+    return changed_model(model, lambda made: replace(made, provenance={**made.provenance, **source}))
 
 
 def _lines_of(mesh: Mesh, name: str) -> np.ndarray:

@@ -21,6 +21,7 @@ import scipy.sparse as sp
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.model import FiniteElementModel, MassField, fields_together, rigid_motion
+from kanefe.fe_model.source import changed_model
 from kanefe.frames import numbers
 from kanefe_fem.lumped.mean_motion import Target, mean_motion, patch, place
 from kanefe_fem.materials.voigt import check_numbers
@@ -264,6 +265,11 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
         or not all(isinstance(item, (LumpedMass, LumpedSpring)) for item in lumped)
     ):
         raise ModelError(f"lumped={lumped!r}. Remedy: a list of LumpedMass(...) and LumpedSpring(...)")
+    parts = tuple(lumped)
+    return changed_model(model, lambda whole: _with_lumped(whole, parts), by_number=held_by_number(parts))
+
+
+def _with_lumped(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElementModel:
     stiffness, mass, damping = model.stiffness, model.mass, model.damping
     clouds: list[_Cloud] = []
     for item in lumped:
@@ -285,6 +291,14 @@ def attach(model: FiniteElementModel, lumped: Sequence[Lumped]) -> FiniteElement
         mass_field=_extended(model.mass_field, clouds),
         provenance={**model.provenance, "lumped": [_described(item) for item in lumped]},
     )
+
+
+def held_by_number(lumped: Sequence[Lumped]) -> str:
+    """Return what of lumped parts belongs to the numbers of nodes of one mesh, as a reason; empty if nothing."""
+    ends = [
+        end for item in lumped for end in (item.at, getattr(item, "to", None)) if isinstance(end, (int, np.integer))
+    ]
+    return f"a lumped part is at node {ends[0]} by its number; a group with this node would be kept" if ends else ""
 
 
 def groups_of(lumped: Sequence[Lumped]) -> list[str]:

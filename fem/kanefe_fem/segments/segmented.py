@@ -11,6 +11,7 @@ import numpy as np
 
 from kanefe.arguments import checked, told
 from kanefe.bodies.segmented import CUT, Segment, SegmentedBody
+from kanefe.bodies.source import sourced
 from kanefe.errors import ModelError
 from kanefe.fe_model.damping import RayleighDamping
 from kanefe.fe_model.factorise import splu_factorise
@@ -21,6 +22,7 @@ from kanefe.reduction.stiffening import StiffeningLevel
 from kanefe_fem.mesh.mesh import Mesh, part_of
 from kanefe_fem.mesh_files import read_mesh
 from kanefe_fem.segments.accuracy import converged
+from kanefe_fem.segments.source import source_of_chain
 from kanefe_fem.segments.whole import BeamWhole, Division, SolidWhole, Whole
 from kanefe_fem.solids.model import SolidKeywords
 
@@ -126,8 +128,11 @@ def segmented(
     if accuracy is None:
         if loads is not None or along is not None:
             raise ModelError("loads= and along= say where accuracy= is measured. Remedy: give accuracy too")
-        return _chain(whole, int(1 if segments is None else segments), own)
-    return converged(lambda count: _chain(whole, count, own), segments, accuracy, loads, along)
+        chain = _chain(whole, int(1 if segments is None else segments), own)
+    else:
+        chain = converged(lambda count: _chain(whole, count, own), segments, accuracy, loads, along)
+    asked = {"materials": materials, "line": line, **options}
+    return sourced(chain, source_of_chain(segmented, body, interfaces, asked))
 
 
 def _check_damping(damping: Any) -> None:

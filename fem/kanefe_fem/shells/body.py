@@ -13,15 +13,18 @@ from typing import TYPE_CHECKING, Any, TypedDict, Unpack, cast
 import numpy as np
 
 from kanefe.arguments import checked
+from kanefe.bodies.source import sourced
 from kanefe.errors import MeshError
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity, FiniteElementModel
 from kanefe.fe_model.progress import report_size, stage, stages
 from kanefe.fe_model.shell_stack import ShellStack
 from kanefe.fe_model.skin import skin
+from kanefe.fe_model.source import with_source
 from kanefe_fem import _fenicsx
-from kanefe_fem.lumped.parts import Lumped, attach
+from kanefe_fem.lumped.parts import Lumped, attach, held_by_number
 from kanefe_fem.materials.laminate import Laminate
 from kanefe_fem.materials.of_groups import Materials, materials_by_group
+from kanefe_fem.mesh.body_source import MeshSource, body_source, model_source
 from kanefe_fem.mesh.checks import check_arrays, check_groups, oriented
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
 from kanefe_fem.mesh.mesh import Mesh, to_order
@@ -50,6 +53,8 @@ if TYPE_CHECKING:
 FOLD = math.radians(20.0)
 """Angle between the normals of neighbouring cells from which they make a fold, rad."""
 
+
+ONE_ORDER = "shells have displacements of second order"
 
 STAGES = 6
 """Number of stages in making a body."""
@@ -135,6 +140,15 @@ def shell_model(
     >>> model = shell_model("panel.msh", steel, thickness=2e-3)          # doctest: +SKIP
     """
     start = time.perf_counter()
+    options: dict[str, Any] = {
+        "materials": materials,
+        "thickness": thickness,
+        "offset": offset,
+        "fold": fold,
+        "beams": beams,
+    }
+    options |= {"shear_factor": shear_factor, "cells": cells, "surfaces": surfaces, "lumped": lumped}
+    given_source = MeshSource(read_to_assemble, mesh, options, 2, ONE_ORDER, held_by_number(lumped))
     beams = checked_stiffeners(beams)
     mesh, of_solids = _parts(mesh, materials, cells)
     solids = set() if of_solids is None else set(of_solids.cells)
@@ -192,7 +206,8 @@ def shell_model(
         solid = solid_model(of_solids, {k: v for k, v in cast(Any, materials).items() if k in solids})
         model = with_solid(model, solid, seams_of(nodes, found, given, solid.nodes, skin(solid.cells)))
     model = replace(model, provenance={**model.provenance, "told": told(model.provenance)})
-    return attach(model, lumped) if lumped else model
+    model = attach(model, lumped) if lumped else model
+    return with_source(model, model_source(shell_model, given_source, model.provenance.get("sha256")))
 
 
 @checked("mesh", "cells", "cache", "progress")
@@ -242,7 +257,7 @@ def shell_body(
     of_model: dict[str, Any] = {
         name: model.get(name, one.default) for name, one in signature(shell_model).parameters.items() if name != "mesh"
     } | {"materials": materials, "thickness": thickness}
-    of_body = {"interfaces": interfaces, "reduction": reduction, "damping": damping, "stiffening": stiffening}
+    of_body = {"reduction": reduction, "damping": damping, "stiffening": stiffening}
 
     def make(mesh: Mesh | str | Path) -> FlexibleBody:
         from kanefe.reduction import flexible_body
@@ -254,11 +269,15 @@ def shell_body(
             if read.dimension == 2:
                 check_interfaces(read, interfaces, is_shell=True)
             full = shell_model(read, **{name: value for name, value in of_model.items() if name != "cells"})
-            body = flexible_body(full, **of_body, factorise=factorise)
+            body = flexible_body(full, interfaces, **of_body, factorise=factorise)
         lines = [*body.provenance["told"], *told_of_waves(body.provenance)]
         return replace(body, provenance={**body.provenance, "stages": done.seconds, "solver": done.told, "told": lines})
 
-    return cached_body(mesh, {**of_model, **of_body, "kind": "shell", "order": 2}, make) if cache else make(mesh)
+    of_all = {**of_model, "interfaces": interfaces, **of_body, "kind": "shell", "order": 2}
+    body = cached_body(mesh, of_all, make) if cache else make(mesh)
+    options = {**of_model, "cache": cache, "progress": progress}
+    source = MeshSource(read_to_assemble, mesh, options, 2, ONE_ORDER, held_by_number(of_model["lumped"]))
+    return sourced(body, body_source(shell_body, source, of_body, interfaces))
 
 
 def _parts(

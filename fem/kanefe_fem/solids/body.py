@@ -9,9 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Unpack, overload
 
 from kanefe.arguments import checked
+from kanefe.bodies.source import sourced
 from kanefe.fe_model.model import FiniteElementModel
 from kanefe.fe_model.progress import stage, stages
+from kanefe_fem.lumped.parts import held_by_number
 from kanefe_fem.materials.of_groups import Materials
+from kanefe_fem.mesh.body_source import MeshSource, body_source
 from kanefe_fem.mesh.groups import check_interfaces, has_groups
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.processes.team import Communicator, Team, checked_communicator, led
@@ -115,18 +118,23 @@ def solid_body(
     }
     of_model: dict[str, Any] = {**defaults, "lumped": (), "preload": None, "forms": None, **model}
     of_model["materials"] = materials
-    of_body = {"interfaces": interfaces, "reduction": reduction, "damping": damping, "stiffening": stiffening}
+    of_body = {"reduction": reduction, "damping": damping, "stiffening": stiffening}
+    of_both = {**of_body, "interfaces": interfaces}
 
     def whole(team: Team | None = None) -> FlexibleBody:
         def make(mesh: Mesh | str | Path) -> FlexibleBody:
             with stages(STAGES, progress) as done:
-                body = _made_body(mesh, of_model, of_body, cache, team)
+                body = _made_body(mesh, of_model, of_both, cache, team)
             return replace(body, provenance={**body.provenance, "stages": done.seconds, "solver": done.told})
 
-        return cached_body(mesh, {**of_model, **of_body}, make) if cache else make(mesh)
+        return cached_body(mesh, {**of_model, **of_both}, make) if cache else make(mesh)
 
     if comm is None or checked_communicator(comm).size == 1:
-        return whole()
+        options = {**of_model, "cache": cache, "progress": progress}
+        source = MeshSource(
+            checked_mesh, mesh, options, of_model["order"], by_number=held_by_number(of_model["lumped"])
+        )
+        return sourced(whole(), body_source(solid_body, source, of_body, interfaces))
     body: FlexibleBody | None = led(comm, whole)
     return body
 

@@ -17,8 +17,9 @@ from kanefe.errors import MeshError, ModelError, outside
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
 from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import report_size, stage
+from kanefe.fe_model.source import with_source
 from kanefe_fem import _fenicsx
-from kanefe_fem.lumped.parts import Lumped, attach, groups_of
+from kanefe_fem.lumped.parts import Lumped, attach, groups_of, held_by_number
 from kanefe_fem.materials.of_groups import (
     CellMaterials,
     Materials,
@@ -26,6 +27,7 @@ from kanefe_fem.materials.of_groups import (
     materials_by_group,
     warn_of_group_units,
 )
+from kanefe_fem.mesh.body_source import MeshSource, model_source
 from kanefe_fem.mesh.checks import (
     MeshWarning,
     check_groups,
@@ -144,7 +146,19 @@ def solid_model(
     >>> model = solid_model("meshes/arm.msh", steel)                      # doctest: +SKIP
     >>> model.groups["tip"].position                                     # doctest: +SKIP
     """
-    return assembled_model(mesh, materials, order, plane, thickness, surfaces, cells=cells, densities=densities, **more)
+    model = assembled_model(
+        mesh, materials, order, plane, thickness, surfaces, cells=cells, densities=densities, **more
+    )
+    options: dict[str, Any] = {
+        "materials": materials,
+        "order": order,
+        "plane": plane,
+        "thickness": thickness,
+        "surfaces": surfaces,
+    }
+    options |= {"cells": cells, "densities": densities, **more}
+    source = MeshSource(checked_mesh, mesh, options, order, by_number=held_by_number(more.get("lumped", ())))
+    return with_source(model, model_source(solid_model, source, model.provenance.get("sha256")))
 
 
 def assembled_model(

@@ -23,6 +23,7 @@ from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.factorise import Factorisation, Factorise, splu_factorise
 from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS, FiniteElementModel
+from kanefe.fe_model.source import changed_model
 from kanefe.frames import numbers
 from kanefe_fem.lumped.mean_motion import mean_motion
 
@@ -170,6 +171,10 @@ def preloaded(model: FiniteElementModel, preload: Preload, factorise: Factorise 
             "preload: this model has no geometric stiffness (stress_stiffness is None), so a load cannot stiffen it. "
             "Remedy: a model of kanefe_fem.solid_model or beam_model, or give stress_stiffness with the matrices"
         )
+    return changed_model(model, lambda whole: _with_preload(whole, preload, factorise))
+
+
+def _with_preload(model: FiniteElementModel, preload: Preload, factorise: Factorise) -> FiniteElementModel:
     fixed, values = _supports(model, preload)
     free = np.setdiff1d(np.arange(model.size), fixed)
     K = sp.csr_matrix(model.stiffness)
@@ -180,7 +185,8 @@ def preloaded(model: FiniteElementModel, preload: Preload, factorise: Factorise 
     u = np.zeros(model.size)
     u[fixed] = values
     u[free] = factors.solve(force[free] - K[free][:, fixed] @ values)
-    geometric = sp.csr_matrix(model.stress_stiffness(u - expansion))
+    stress_stiffness: Any = model.stress_stiffness
+    geometric = sp.csr_matrix(stress_stiffness(u - expansion))
     geometric = 0.5 * (geometric + geometric.T)
     share = _buckling_share(inner, sp.csc_matrix(geometric[free][:, free]), factors)
     if share >= 1.0 - SLACK:
