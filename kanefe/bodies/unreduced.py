@@ -58,7 +58,7 @@ class UnreducedBody(FlexibleBody):
         """Return the representation, what its maker tells of it, and that nothing was left out."""
         return (
             f"{super().__str__()}\n  not reduced: all degrees of freedom of the mesh run in sparse matrices, "
-            "milliseconds a step; reduction=kf.CraigBampton(modes=20) takes microseconds"
+            "milliseconds a step; reduction=kf.CraigBampton() takes microseconds"
         )
 
     def __post_init__(self) -> None:
@@ -172,5 +172,5 @@ class UnreducedBody(FlexibleBody):
         """
         raise FileError(
             f"an unreduced body is not written to {path}: it is as large as its matrices. Remedy: make it again from "
-            "the model, or save a reduced one, reduction=CraigBampton(modes=20)"
+            "the model, or save a reduced one, reduction=CraigBampton()"
         )

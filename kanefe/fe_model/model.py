@@ -34,6 +34,9 @@ COMPONENTS = TRANSLATIONS + ROTATIONS
 PRODUCTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Axes (a, b) of the products w_a w_b of angular speeds, in the order of the spin loads."""
 
+INERTIA_OF_MODES = "inertia of modes"
+"""Name of the load of the modes' own accelerations, in what a basis leaves out."""
+
 
 @dataclass(frozen=True, eq=False)
 class NodeGroup:

@@ -1,7 +1,8 @@
-"""The part of the static deformation of flexible bodies that their modes cannot represent.
+"""The part of the deformation of flexible bodies that their modes cannot represent.
 
-A body in a scene carries inertia, gravity and tractions. `kanefe.reduction.left_out` has recorded which part of the
-static response to them the basis leaves out; its ratio to what the modes do represent shows whether they are enough.
+A body in a scene carries inertia, that of its own vibration too, gravity and tractions. `kanefe.reduction.left_out` has
+recorded which part of the static response to them the basis leaves out; its ratio to what the modes do represent shows
+whether they are enough.
 Forces at interfaces, which constraint modes (Craig and Bampton's) represent exactly, and loads at other nodes are not
 considered.
 """
@@ -16,7 +17,7 @@ import numpy as np
 
 from kanefe.bodies.flexible import FlexibleBody
 from kanefe.errors import AccuracyWarning, outside
-from kanefe.fe_model.model import PRODUCTS
+from kanefe.fe_model.model import INERTIA_OF_MODES, PRODUCTS
 from kanefe.frames import Vector, rotation_matrix
 from kanefe.instants.instant import Instant
 from kanefe.tree.body_terms import BodyTerms
@@ -50,10 +51,12 @@ class Missed(NamedTuple):
     load: str
 
     def __str__(self) -> str:
+        remedy = f"reduction=...(..., loads=({self.load!r},)), or more modes"
+        if self.load == INERTIA_OF_MODES:
+            remedy = "more modes, as by reduction=kf.CraigBampton(up_to_frequency=<Hz>)"
         return (
             f"the modes of {self.body!r} miss {100 * self.share:.2g} % of its deformation, most of it due to "
-            f"{self.load} (root of the strain energy). Remedy: reduction=...(..., loads=({self.load!r},)), or more "
-            "modes"
+            f"{self.load} (root of the strain energy). Remedy: {remedy}"
         )
 
 
@@ -128,6 +131,7 @@ def _carried(instant: Instant, number: int, loads: Sequence[tuple[str, int]]) ->
     gravity = model.gravity if body.has_gravity else np.zeros(3)
     w = instant.angular_velocity(body.name)
     values: dict[str, Vector] = {
+        INERTIA_OF_MODES: -_own_accelerations(instant, body),
         "gravity": A_NG.T @ (gravity - instant.acceleration(body.name)),
         "angular acceleration": -instant.angular_acceleration(body.name),
         "centrifugal": np.array([w[a] * w[b] for a, b in PRODUCTS]),
@@ -141,6 +145,13 @@ def _carried(instant: Instant, number: int, loads: Sequence[tuple[str, int]]) ->
             value = A_NG.T @ value
         values[name] = values.get(name, np.zeros(len(value))) + value
     return np.array([values[name][component] if name in values else 0.0 for name, component in loads])
+
+
+def _own_accelerations(instant: Instant, body: BodyTerms) -> Vector:
+    """Return the accelerations of the free coordinates of a flexible body, (k,)."""
+    if body.flexible is None or instant.run is None:
+        return np.zeros(0)
+    return np.asarray(instant.run.accelerations()[0, body.flexible.speeds])
 
 
 def _largest(loads: Sequence[tuple[str, int]], carried: Vector, energy: np.ndarray) -> str:

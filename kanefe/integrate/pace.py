@@ -206,8 +206,8 @@ class Pace:
             f"at t = {t:.6g} s, after {elapsed:.0f} s, {', '.join(repr(body.name) for body in bodies)} "
             f"{'moves' if len(bodies) == 1 else 'move'} with all {count} degrees of freedom of the mesh, at "
             f"{1e3 * elapsed / steps:.2g} ms a step: the run takes {left:.0f} s more. Remedy: "
-            "reduction=kf.CraigBampton(modes=20) where the body is made, which takes some microseconds a step; "
-            "error_up_to=<Hz> there estimates what it leaves out",
+            "reduction=kf.CraigBampton() where the body is made, which takes some microseconds a step, and "
+            "tells what it leaves out",
             SimulationWarning,
             stacklevel=outside(),
         )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
@@ -32,9 +32,10 @@ from kanefe.fe_model.skin import with_places
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.fe_model.ties import InterfaceTies, tie_interfaces
 from kanefe.reduction.basis import Reduction
+from kanefe.reduction.craig_bampton import CraigBampton
 from kanefe.reduction.massless import has_massless, tell_massless, tell_of_frames_without_inertia
 from kanefe.reduction.orthonormal import modes_by_mass
-from kanefe.reduction.record import reduction_record
+from kanefe.reduction.record import reduction_record, told_of_choice
 from kanefe.reduction.relaxation import loss_shapes, reduced_losses, refuse_losses
 from kanefe.reduction.source import source_of_model
 from kanefe.reduction.stiffening import StiffeningLevel, check_stiffening, second_order_motion, stiffened
@@ -50,7 +51,7 @@ def flexible_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, str | Interface] | None = None,
     *,
-    reduction: Reduction | None = None,
+    reduction: Reduction | Literal["auto"] | None = None,
     damping: Damping = None,
     stiffening: StiffeningLevel = "none",
     factorise: Factorise = splu_factorise,
@@ -65,9 +66,10 @@ def flexible_body(
         moves and can carry other bodies; "hinged": a rigid patch whose point is fixed in G and which can turn;
         "average": a frame that moves with the mean of a patch, without stiffening it; "node": a single node.
         Without an interface fixed in G the body floats: its rigid modes are removed, and it needs a free joint.
-    reduction : Reduction, optional
-        Such as `CraigBampton`. None keeps every degree of freedom; above `LARGEST_DENSE` of them in sparse matrices,
-        as an `UnreducedBody`, for method="generalised-alpha" or "hht".
+    reduction : Reduction or "auto", optional
+        Such as `CraigBampton`; "auto" is `CraigBampton()`, a choice derived from the body. None keeps every degree of
+        freedom; above `LARGEST_DENSE` of them in sparse matrices, as an `UnreducedBody`, for
+        method="generalised-alpha" or "hht".
     damping : RayleighDamping, ModalDamping, matrix (N, N) or None
         Acts on the rate of deformation in G. None takes the model's own C, if it has one.
     stiffening : "none", "inertial" or "full"
@@ -86,8 +88,7 @@ def flexible_body(
     ModelError
         If an interface, the supports, the reduction or the matrices are not valid; the message names which.
     """
-    if reduction is not None and not hasattr(reduction, "basis"):
-        raise ModelError(f"reduction must be CraigBampton(modes=...), FreeInterface, Krylov or None, not {reduction!r}")
+    method = _checked_reduction(reduction)
     check_stiffening(stiffening, model)
     specs = {} if interfaces is None else interfaces
     body = _made_body(model, specs, reduction, damping, stiffening, factorise)
@@ -109,9 +110,9 @@ def _made_body(
         ties = tie_interfaces(model, interfaces)
         rigid_count = unrestrained_motions(model, ties)
         problem = StaticProblem(_with_fluid(model), ties, rigid_count, factorise)
-    if reduction is None and problem.size > LARGEST_DENSE:
+    if method is None and problem.size > LARGEST_DENSE:
         return _unreduced(problem, damping, stiffening, factorise, started)
-    free, fixed, record = _whole(problem) if reduction is None else _reduced(problem, reduction)
+    free, fixed, record = _whole(problem) if method is None else _reduced(problem, method)
     count, basis = free.shape[1], np.hstack((free, fixed))
     stiffness = basis.T @ (problem.stiffness @ basis)
     stiffness = 0.5 * (stiffness + stiffness.T)
@@ -133,13 +134,25 @@ def _made_body(
         provenance={
             **model.provenance,
             "reduction": record,
+            **_told(model, record),
             "damping": damping_name(damping),
-            "tie_errors": {} if reduction is None else tie_errors(problem, interfaces),
+            "tie_errors": {} if method is None else tie_errors(problem, interfaces),
             "stiffening": stiffening,
             "reduction_seconds": time.perf_counter() - started,
         },
     )
     return body if stiffening == "none" else stiffened(body, second_order_motion(problem, basis, stiffening))
+
+
+def _checked_reduction(reduction: Reduction | str | None) -> Reduction | None:
+    """Return a method of reduction, None for none; refuse anything else."""
+    if isinstance(reduction, str) and reduction == "auto":
+        return CraigBampton()
+    if isinstance(reduction, str) or (reduction is not None and not hasattr(reduction, "basis")):
+        raise ModelError(
+            f'reduction must be "auto", CraigBampton(modes=...), FreeInterface, Krylov or None, not {reduction!r}'
+        )
+    return reduction
 
 
 def _unreduced(
@@ -191,6 +204,12 @@ def _reduced(problem: StaticProblem, reduction: Reduction) -> tuple[np.ndarray, 
     record = reduction_record(reduction, problem, chosen, free)
     fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
     return free, fixed, record | _lost(problem, massless, statics=True)
+
+
+def _told(model: FiniteElementModel, record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is told of a model and of the choice of its modes, for the provenance."""
+    lines = [*model.provenance.get("told", ()), *told_of_choice(record)]
+    return {"told": lines} if lines else {}
 
 
 def _lost(problem: StaticProblem, massless: np.ndarray, *, statics: bool) -> dict[str, Any]:

@@ -121,6 +121,16 @@ def default_loads(problem: StaticProblem) -> tuple[Load, ...]:
     return (*names, *INERTIAL)
 
 
+def spread_loads(problem: StaticProblem) -> tuple[str, ...]:
+    """Return the loads of inertia, and the load patterns that deform a body."""
+    deforming = [
+        name
+        for name in problem.model.load_patterns
+        if any(_settled(problem, group).kept for group in _pattern_groups(problem, name))
+    ]
+    return (*INERTIAL, *deforming)
+
+
 def load_groups(problem: StaticProblem, loads: Sequence[Load]) -> list[LoadGroup]:
     """Return the forces of loads in tied coordinates, one group for each name and unit.
 

@@ -8,12 +8,15 @@ Modes are ranked, and as few of the first are kept as reach the tolerance:
 3. the error of a basis is that of its response against a rich basis: all candidates, and the static shapes of the
    loads and of the inertia of the constraint modes, which represent all higher modes. Candidates are added until they
    reach the tolerance.
+
+Without a frequency the range is that of the body itself, up to `SPREAD` times its first, and all modes within it are
+kept, since forces at any place may excite them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,7 +27,7 @@ from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.error_estimate import frequency_error
 from kanefe.reduction.load_cases import Load, LoadGroup, some_groups
 from kanefe.reduction.normal_modes import normal_modes
-from kanefe.reduction.orthonormal import normalised, orthonormal_columns
+from kanefe.reduction.orthonormal import modes_by_mass, normalised, orthonormal_columns
 from kanefe.reduction.response_model import ResponseModel
 
 CANDIDATES = 16
@@ -32,6 +35,23 @@ CANDIDATES = 16
 
 MOST_CANDIDATES = 256
 """Largest number of normal modes that are examined."""
+
+TOLERANCE = 1e-3
+"""Relative error of the response, where nothing is given."""
+
+SPREAD = 10.0
+"""Highest frequency of the range that is not given, relative to the first of the body: for equal forces a mode above it
+moves less than a hundredth, SPREAD^-2, of what the first does."""
+
+MOST_UNASKED = 32
+"""Number of normal modes that are examined for a range that is not given; it ends where they no longer hold the
+tolerance."""
+
+HALVINGS = 6
+"""Number of halvings by which this end is found: to 2 % of the range."""
+
+BEYOND = 1.5
+"""Highest frequency of the normal modes that are examined, relative to that of the range."""
 
 EFFECTIVE = 1e-2
 """Effective interface mass relative to the total from which a mode within the frequency range is always kept."""
@@ -50,8 +70,8 @@ def chosen_modes(
     constraint: np.ndarray,
     vectors: np.ndarray | None,
     loads: Sequence[Load],
-    up_to_frequency: float,
-    tol: float,
+    up_to_frequency: float | None,
+    tol: float | None,
 ) -> ModeChoice:
     """Return the columns that a basis needs beside constraint modes.
 
@@ -64,10 +84,10 @@ def chosen_modes(
         Load vectors to be kept. None: the static shapes of the loads are kept if this makes the basis smaller.
     loads : sequence of str, LoadCase or PatchCase
         Loads of which the response is compared. Without any: all interface loads and inertial loads.
-    up_to_frequency : float
-        Hz.
-    tol : float
-        Relative error of the response.
+    up_to_frequency : float or None
+        Hz. None: `SPREAD` times the first frequency of the body, less where `MOST_UNASKED` modes do not reach so far.
+    tol : float or None
+        Relative error of the response. None: `TOLERANCE`, or ``SPREAD**-2`` in a range that is not given.
 
     Raises
     ------
@@ -103,27 +123,14 @@ def _choice(
     statics: np.ndarray,
     candidates: Callable[[int], tuple[np.ndarray, np.ndarray]],
     groups: Sequence[LoadGroup],
-    up_to_frequency: float,
-    tol: float,
+    asked: float | None,
+    given_tol: float | None,
 ) -> ModeChoice:
     """Return given columns and the normal modes needed beside them."""
-    count = CANDIDATES
-    while True:
-        squares, modes = candidates(count)
-        is_all = modes.shape[1] < count
-        search = _Search(problem, given, modes, squares, statics, groups, up_to_frequency)
-        error = search.error(np.arange(modes.shape[1]))["value"]
-        reach = np.sqrt(squares.max(initial=0.0)) / (2 * np.pi)
-        if (error <= tol and reach >= 1.5 * up_to_frequency) or is_all:
-            break
-        if count >= MOST_CANDIDATES:
-            raise ModelError(
-                f"{count} normal modes, up to {reach:.4g} Hz, leave an error of {error:.1e} against tol={tol:g} for "
-                f"loads up to {up_to_frequency:g} Hz. Remedy: loads=(...), whose static shapes are then kept, a lower "
-                "up_to_frequency, or a larger tol"
-            )
-        count *= 2
-    order, scores, reasons, forced = search.ranking()
+    tol = given_tol or (SPREAD**-2 if asked is None else TOLERANCE)
+    search, error = _examined(problem, given, statics, candidates, groups, asked, tol)
+    modes, squares = search.modes, search.squares
+    order, scores, reasons, forced = search.ranking(keeps_range=asked is None)
     enough, too_few = modes.shape[1], forced - 1
     while enough - too_few > 1:
         middle = (enough + too_few) // 2
@@ -144,6 +151,39 @@ def _choice(
     return ModeChoice(np.hstack((given, modes[:, kept])), record)
 
 
+def _examined(
+    problem: StaticProblem,
+    given: np.ndarray,
+    statics: np.ndarray,
+    candidates: Callable[[int], tuple[np.ndarray, np.ndarray]],
+    groups: Sequence[LoadGroup],
+    asked: float | None,
+    tol: float,
+) -> tuple[_Search, float]:
+    """Return the search among as many normal modes as the range and the tolerance need, and the error of all these."""
+    count = CANDIDATES
+    up_to_frequency = SPREAD * _first_frequency(problem, given) if asked is None else asked
+    while True:
+        squares, modes = candidates(count)
+        reach = np.sqrt(squares.max(initial=0.0)) / (2 * np.pi)
+        is_all, is_enough = modes.shape[1] < count, asked is None and count >= MOST_UNASKED
+        if is_enough and not is_all:
+            up_to_frequency = min(up_to_frequency, reach / BEYOND)
+        search = _Search(problem, given, modes, squares, statics, groups, up_to_frequency)
+        error = search.error(np.arange(modes.shape[1]))["value"]
+        if (error <= tol and reach >= BEYOND * up_to_frequency) or is_all:
+            return search, error
+        if is_enough:
+            return search, search.lower_range(tol)
+        if count >= MOST_CANDIDATES:
+            raise ModelError(
+                f"{count} normal modes, up to {reach:.4g} Hz, leave an error of {error:.1e} against tol={tol:g} for "
+                f"loads up to {up_to_frequency:g} Hz. Remedy: loads=(...), whose static shapes are then kept, a lower "
+                "up_to_frequency, or a larger tol"
+            )
+        count *= 2
+
+
 def _listed(squares: np.ndarray, kept: np.ndarray, scores: np.ndarray, reasons: Sequence[str]) -> list[dict[str, Any]]:
     """Return what the record tells of each mode."""
     frequencies = np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)
@@ -157,6 +197,12 @@ def _listed(squares: np.ndarray, kept: np.ndarray, scores: np.ndarray, reasons: 
         }
         for n in range(len(squares))
     ]
+
+
+def _first_frequency(problem: StaticProblem, columns: np.ndarray) -> float:
+    """Return the lowest frequency of a body in the span of its static shapes, Hz."""
+    modes = modes_by_mass(columns, problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses).modes
+    return float(np.sqrt(modes[:, 0] @ (problem.stiffness @ modes[:, 0]))) / (2 * np.pi)
 
 
 def _candidates(problem: StaticProblem, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -195,6 +241,16 @@ class _Search:
         limit = self.rich.up_to_frequency
         return {**self.rich.errors(Q), "frequencies": frequency_error(self.rich.stiffness, squares, limit)}
 
+    def lower_range(self, tol: float) -> float:
+        """Lower the range of frequencies until the error of all modes is at most `tol`, and return this error."""
+        whole, low, high = np.arange(self.modes.shape[1]), 0.0, self.rich.up_to_frequency
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            self.rich = replace(self.rich, up_to_frequency=middle)
+            low, high = (middle, high) if self.error(whole)["value"] <= tol else (low, middle)
+        self.rich = replace(self.rich, up_to_frequency=low or high)
+        return float(self.error(whole)["value"])
+
     def rank(self, chosen: np.ndarray) -> int:
         """Return the number of coordinates of the basis with the chosen normal modes."""
         return self._basis(chosen).shape[1]
@@ -206,8 +262,11 @@ class _Search:
         vectors, sizes, _ = scipy.linalg.svd(columns, full_matrices=False)
         return np.asarray(vectors[:, sizes > 1e-9 * sizes.max()])
 
-    def ranking(self) -> tuple[np.ndarray, np.ndarray, list[str], int]:
-        """Return the order of the modes, their largest shares in a response, reasons, and how many are always kept."""
+    def ranking(self, keeps_range: bool) -> tuple[np.ndarray, np.ndarray, list[str], int]:
+        """Return the order of the modes, their largest shares in a response, reasons, and how many are always kept.
+
+        With `keeps_range` these are all within the range of frequencies.
+        """
         problem, rich = self.problem, self.rich
         coupling = self.modes.T @ (problem.mass @ problem.constraint_modes)
         whole = np.einsum("ij,ij->j", problem.constraint_modes, problem.mass @ problem.constraint_modes)
@@ -224,6 +283,7 @@ class _Search:
         )
         within = self.squares <= (2 * np.pi * rich.up_to_frequency) ** 2
         carrying = within & (effective.max(axis=1, initial=0.0) >= EFFECTIVE)
+        always = within if keeps_range else carrying
         names = [f"{tie.name} {c}" for tie in problem.ties.ties for c in tie.names]
         reasons = []
         for n in range(len(shares)):
@@ -234,4 +294,4 @@ class _Search:
                 reason = f"{effective[n, c]:.1e} of the effective mass at {names[c]}; {reason}"
             reasons.append(reason)
         scores = shares.max(axis=1)
-        return np.lexsort((-scores, ~carrying)), scores, reasons, int(carrying.sum())
+        return np.lexsort((-scores, ~always)), scores, reasons, int(always.sum())

@@ -7,6 +7,7 @@ they add up to its mass without that of the clamped nodes.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,9 @@ from kanefe.reduction.error_estimate import error_estimate
 from kanefe.reduction.left_out import left_out
 from kanefe.reduction.load_cases import some_groups
 from kanefe.reduction.patch_case import contact_compliance
+
+EXACT = 1e-6
+"""Relative error of a static response up to which it is told to be exact: above round-off."""
 
 
 def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis, modes: np.ndarray) -> dict[str, Any]:
@@ -90,3 +94,19 @@ def effective_masses(problem: StaticProblem, modes: np.ndarray) -> dict[str, Any
         "total": np.einsum("ij,ij->j", R, loads).tolist(),
         "interfaces": interfaces,
     }
+
+
+def told_of_choice(record: Mapping[str, Any]) -> list[str]:
+    """Return lines on modes that were chosen for the user: how many, the range, and the error within it."""
+    if "choice" not in record:
+        return []
+    error = record["error_estimate"]
+    exact = [name for name, own in error["loads"].items() if own["static"] <= EXACT]
+    found = (
+        f"reduced to {record['kept']} coordinates by {record['method']}: {record['choice']['kept_modes']} normal modes"
+    )
+    return [
+        f"{found}; statically exact: {', '.join(exact) or 'none of its loads'}",
+        f"loads up to {error['up_to_frequency']:.4g} Hz move it with an error of {error['value']:.1e}, most by "
+        f"{error['load']}; for faster ones reduction=kf.CraigBampton(up_to_frequency=<Hz>)",
+    ]

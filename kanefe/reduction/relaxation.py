@@ -89,5 +89,5 @@ def refuse_losses(model: FiniteElementModel) -> None:
         what = "a Prony series" if model.viscoelastic else "a loss factor"
         raise ModelError(
             f"a material of this body has {what}, which unreduced bodies do not have. Remedy: "
-            "reduction=CraigBampton(modes=20), or damping of the material by RayleighDamping"
+            "reduction=CraigBampton(), or damping of the material by RayleighDamping"
         )

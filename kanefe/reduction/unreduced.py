@@ -54,7 +54,7 @@ def unreduced_body(
     if masses.min(initial=np.inf) <= 1e-14 * masses.max(initial=0.0):
         raise ModelError(
             "some component of an interface of the unreduced body has no mass. Remedy: rotary inertia "
-            "(rotary_inertia of beams), or reduction=CraigBampton(modes=20)"
+            "(rotary_inertia of beams), or reduction=CraigBampton()"
         )
     factors, matrix = _damping(damping, model, basis[:, :count])
     field = _inertia_field(model, basis, massless)
@@ -135,7 +135,7 @@ def _damping(
     if isinstance(damping, ModalDamping):
         raise ModelError(
             f"an unreduced body of {count} degrees of freedom has no modes that {damping!r} could damp one by one. "
-            "Remedy: RayleighDamping.fit(frequencies, ratios), or reduction=CraigBampton(modes=20)"
+            "Remedy: RayleighDamping.fit(frequencies, ratios), or reduction=CraigBampton()"
         )
     C = checked_damping(damping, model)
     return (0.0, 0.0), (free_basis.T @ C @ free_basis).tocsr()

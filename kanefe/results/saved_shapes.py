@@ -110,7 +110,7 @@ def _dense_basis(shape: BodyShape) -> np.ndarray:
     if size > LARGEST_BASIS:
         raise ModelError(
             f"the unreduced body {shape.name!r} would take {size / 2**30:.1f} GiB in the file. Remedy: keep what is "
-            "wanted as arrays, such as result.nodal_displacements, or reduction=CraigBampton(modes=20)"
+            "wanted as arrays, such as result.nodal_displacements, or reduction=CraigBampton()"
         )
     return np.asarray(basis.toarray())
 

@@ -153,7 +153,7 @@ class SceneState:
         if not terms.body.components:  # a condensed body, with other coordinates: see kanefe.unreduced.condensed
             raise ModelError(
                 f"the coordinates of the unreduced body {name!r} are not available to functions of the state. Remedy: "
-                "state.position(body, interface) and the like, or reduction=CraigBampton(modes=20)"
+                "state.position(body, interface) and the like, or reduction=CraigBampton()"
             )
         return terms
 

@@ -45,7 +45,7 @@ def closed_start(model: ModelData, t: float) -> tuple[Vector, Vector]:
             raise ModelError(
                 f"the loops of the scene close only if the unreduced body {model.bodies[substructure.number].name!r} "
                 "is deformed at the start. Remedy: start nearer to the closed position, or "
-                "reduction=CraigBampton(modes=20)"
+                "reduction=CraigBampton()"
             )
     if q_s is twin.initial_coordinates and u_s is twin.initial_speeds:
         return q, u

@@ -95,7 +95,7 @@ class MassSolver:
             rho = new
         raise SimulationError(
             "the mass matrix of an unreduced body cannot be solved with: some motion of it has no mass. Remedy: give "
-            "every degree of freedom mass (rotary_inertia of beams), or reduction=CraigBampton(modes=20)"
+            "every degree of freedom mass (rotary_inertia of beams), or reduction=CraigBampton()"
         )
 
 

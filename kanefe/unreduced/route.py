@@ -86,12 +86,12 @@ class UnreducedRoute(LiteralRoute):
         if switched:
             raise ModelError(
                 f"{switched[0]} is switched in a run, which is not supported beside the unreduced body {names[0]}. "
-                "Remedy: reduction=CraigBampton(modes=20), or leave out starts_on"
+                "Remedy: reduction=CraigBampton(), or leave out starts_on"
             )
         if model.rigid_contacts:
             raise ModelError(
                 f"{model.loads[model.rigid_contacts[0]].name!r} is a rigid contact, which is not supported beside the "
-                f"unreduced body {names[0]}. Remedy: reduction=CraigBampton(modes=20), or kanefe.HuntCrossley(...)"
+                f"unreduced body {names[0]}. Remedy: reduction=CraigBampton(), or kanefe.HuntCrossley(...)"
             )
         super().__init__(model)
         self.reason = f"{', '.join(names)} with all degrees of freedom of the mesh"
@@ -110,14 +110,14 @@ class UnreducedRoute(LiteralRoute):
             return ""
         return (
             "would need a step for the highest mode of the mesh: an unreduced body is run by 'generalised-alpha' or "
-            "'hht'. Remedy: one of these, or reduction=CraigBampton(modes=20)"
+            "'hht'. Remedy: one of these, or reduction=CraigBampton()"
         )
 
     def check_dense(self, what: str) -> None:
         """Raise a ModelError: matrices over all speeds are not available."""
         raise ModelError(
             f"{what} of a scene with unreduced bodies is not supported: it would be dense over {self.model.free_count} "
-            "speeds. Remedy: reduction=CraigBampton(modes=20)"
+            "speeds. Remedy: reduction=CraigBampton()"
         )
 
     def check_outputs(self, count: int) -> None:

@@ -26,7 +26,7 @@ def _body(mesh: str) -> Any:
     from kanefe_fem.materials.isotropic import Material
     from kanefe_fem.solids.body import solid_body
 
-    return solid_body(mesh, Material(E=E, nu=NU, rho=RHO), {"root": "clamped"}, cache=False)
+    return solid_body(mesh, Material(E=E, nu=NU, rho=RHO), {"root": "clamped"}, None, cache=False)
 
 
 def _scene(body: Any) -> Any:

@@ -171,8 +171,8 @@ def test_hinged_body_turns_about_its_point() -> None:
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: kf.CraigBampton(), "either modes=<number> or up_to_frequency=<Hz>"),
-        (lambda: kf.CraigBampton(modes=3, up_to_frequency=10.0), "either modes=<number> or up_to_frequency=<Hz>"),
+        (lambda: kf.CraigBampton(modes=3, up_to_frequency=10.0), "modes=<number> or up_to_frequency=<Hz>, one of them"),
+        (lambda: lattice_body(0, reduction="auto!"), "reduction must be \"auto\", CraigBampton.* not 'auto!'"),
         (lambda: kf.CraigBampton(modes=-1), "whole number >= 0, not -1"),
         (lambda: kf.CraigBampton(modes=2.5), r"whole number >= 0, not 2\.5"),
         (lambda: kf.CraigBampton(up_to_frequency=-3.0), r"above zero Hz and finite, not -3\.0"),

@@ -67,7 +67,7 @@ class Assembly:
         *,
         without: Sequence[str] = (),
         gravity: Sequence[float] = (0.0, 0.0, -9.81),
-        reduction: Any = None,
+        reduction: Any = "auto",
         damping: Any = None,
     ) -> System:
         """Return the scene of the parts with the joints that are taken, as drawn; it can be added to.
@@ -84,7 +84,7 @@ class Assembly:
         gravity : array_like, shape (3,)
             m/s2.
         reduction, damping : optional
-            Of flexible parts, as of `kanefe_fem.solid_body`; default: Craig-Bampton with six modes, no damping.
+            Of flexible parts, as of `kanefe_fem.solid_body`.
 
         Raises
         ------

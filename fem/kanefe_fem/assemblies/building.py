@@ -11,7 +11,6 @@ import numpy as np
 from kanefe.contact.geometry.look import Look
 from kanefe.errors import ModelError
 from kanefe.joints.base import Joint
-from kanefe.reduction.craig_bampton import CraigBampton
 from kanefe.system import System
 from kanefe_fem.assemblies.parts import Part
 from kanefe_fem.assemblies.proposals import ProposedJoint
@@ -20,9 +19,6 @@ from kanefe_fem.solids.body import solid_body
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
-
-MODES = 6
-"""Number of modes of a flexible part, where nothing is given."""
 
 
 class Builder:
@@ -46,8 +42,7 @@ class Builder:
         damping: Any,
     ) -> None:
         self.parts, self.scene, self.taken = parts, scene, taken
-        self.reduction = CraigBampton(modes=MODES) if reduction is None else reduction
-        self.damping = damping
+        self.reduction, self.damping = reduction, damping
         self.bodies: dict[str, Any] = {}
         self.origins: dict[str, np.ndarray] = {}
         self.flexible: dict[str, FlexibleBody] = {}

@@ -216,7 +216,7 @@ def shell_body(
     materials: Materials,
     interfaces: Mapping[str, Any],
     thickness: Thickness | Mapping[str, Thickness] | None = None,
-    reduction: Any = None,
+    reduction: Any = "auto",
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
@@ -233,8 +233,9 @@ def shell_body(
     interfaces : dict of str to str or Interface
         Interface for each named group of lines: "clamped", "rigid", "hinged", "average", "node", or a
         `kanefe.Interface`, which may also define the place.
-    reduction : CraigBampton, optional
-        None keeps every degree of freedom: milliseconds a step, where a reduction takes microseconds.
+    reduction : CraigBampton or another reduction, or None
+        "auto" is `CraigBampton()`: modes and static shapes that follow from the body; `print(body)` tells which, and
+        the error. None keeps every degree of freedom: milliseconds a step, where a reduction takes microseconds.
     damping : optional
         None, RayleighDamping, ModalDamping or a matrix.
     stiffening : "none", "inertial" or "full"
@@ -270,7 +271,7 @@ def shell_body(
                 check_interfaces(read, interfaces, is_shell=True)
             full = shell_model(read, **{name: value for name, value in of_model.items() if name != "cells"})
             body = flexible_body(full, interfaces, **of_body, factorise=factorise)
-        lines = [*body.provenance["told"], *told_of_waves(body.provenance)]
+        lines = [*body.provenance.get("told", ()), *told_of_waves(body.provenance)]
         return replace(body, provenance={**body.provenance, "stages": done.seconds, "solver": done.told, "told": lines})
 
     of_all = {**of_model, "interfaces": interfaces, **of_body, "kind": "shell", "order": 2}

@@ -34,7 +34,7 @@ def solid_body(
     mesh: Mesh | str | Path,
     materials: Materials,
     interfaces: Mapping[str, Any],
-    reduction: Any = None,
+    reduction: Any = "auto",
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
@@ -50,7 +50,7 @@ def solid_body(
     mesh: Mesh | str | Path,
     materials: Materials,
     interfaces: Mapping[str, Any],
-    reduction: Any = None,
+    reduction: Any = "auto",
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
@@ -66,7 +66,7 @@ def solid_body(
     mesh: Mesh | str | Path,
     materials: Materials,
     interfaces: Mapping[str, Any],
-    reduction: Any = None,
+    reduction: Any = "auto",
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
@@ -84,8 +84,9 @@ def solid_body(
     interfaces : dict of str to str or Interface
         Interface for each named group of facets: "clamped", "rigid", "hinged", "average", "node", or a
         `kanefe.Interface`, which may also define the place of the facets.
-    reduction : CraigBampton, optional
-        None keeps every degree of freedom: milliseconds a step, where a reduction takes microseconds.
+    reduction : CraigBampton or another reduction, or None
+        "auto" is `CraigBampton()`: modes and static shapes that follow from the body; `print(body)` tells which, and
+        the error. None keeps every degree of freedom: milliseconds a step, where a reduction takes microseconds.
     damping : optional
         RayleighDamping, ModalDamping or a matrix in the place of the damping that materials bring. None: that alone.
     stiffening : "none", "inertial" or "full"

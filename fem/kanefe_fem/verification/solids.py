@@ -121,7 +121,7 @@ def plane_bar(interfaces: Mapping[str, str]) -> FlexibleBody:
     height = 0.1
     mesh = rectangle_mesh(LENGTH, height, 20)
     material = Material(E=YOUNG, nu=0.0, rho=DENSITY)
-    return solid_body(mesh, material, interfaces, plane="stress", thickness=AREA / height)
+    return solid_body(mesh, material, interfaces, None, plane="stress", thickness=AREA / height)
 
 
 CASES = (

@@ -22,6 +22,7 @@ from kanefe_fem import (
     read_mesh,
     shell_body,
     shell_model,
+    solid_body,
     solid_model,
     surface_mesh,
 )
@@ -124,6 +125,22 @@ def test_thickness_by_group_and_by_place_weighs():
         shell_model(two, both, {"left": 1e-3, "right": 1e-3, "middle": 1e-3})
     with pytest.raises(ModelError, match="an offset is given for 'middle'"):
         shell_model(two, both, 1e-3, offset={"middle": 0.5})
+
+
+@pytest.mark.fenicsx
+def test_without_a_reduction_modes_follow_from_the_body():
+    """Of a shell and of a solid; of the shell against all its degrees of freedom, which only None keeps."""
+    sheet, ends = surface_mesh(lambda s, r: (0.4 * s, 0.2 * r, 0.0 * s), (4, 2)), {"root": "clamped", "tip": "average"}
+    body, whole = (shell_body(sheet, STEEL, ends, 2e-3, **more) for more in ({}, {"reduction": None}))
+    bar = solid_body(box_mesh((0.4, 0.03, 0.02), (4, 1, 1)), STEEL, {"root": "clamped"})
+    for made in (body, bar):
+        assert "reduced to" in str(made)
+        assert made.provenance["reduction"]["error_estimate"]["value"] <= 0.01
+    limit = body.provenance["reduction"]["error_estimate"]["up_to_frequency"]
+    exact = whole.frequencies[whole.frequencies < limit]
+    assert len(exact) > 1
+    assert body.frequencies[: len(exact)] == pytest.approx(exact, rel=1e-3)
+    assert body.free_count < 0.2 * whole.free_count
 
 
 @pytest.mark.fenicsx

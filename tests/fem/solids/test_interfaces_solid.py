@@ -208,11 +208,12 @@ def two_bodies(gap: bool = False) -> Mesh:
 
 def test_two_bodies_of_one_mesh_joined_by_a_scene_are_the_whole() -> None:
     mesh = two_bodies()
-    whole = solid_body(mesh, {"left": STEEL, "right": STEEL}, {"root": "clamped", "joint": "rigid"}, order=1)
-    left = solid_body(mesh, {"left": STEEL}, {"root": "clamped", "joint": "rigid"}, order=1, cells="left")
-    right = solid_body(mesh, STEEL, {"joint": "clamped", "tip": "rigid"}, order=1, cells=["right"])
+    ends = {"root": "clamped", "joint": "rigid"}
+    whole = solid_body(mesh, {"left": STEEL, "right": STEEL}, ends, None, order=1)
+    left = solid_body(mesh, {"left": STEEL}, ends, None, order=1, cells="left")
+    right = solid_body(mesh, STEEL, {"joint": "clamped", "tip": "rigid"}, None, order=1, cells=["right"])
     assert left.mass + right.mass == pytest.approx(whole.mass, rel=1e-12)
-    free_right = solid_body(mesh, STEEL, {"joint": "clamped"}, order=1, cells=["right"])
+    free_right = solid_body(mesh, STEEL, {"joint": "clamped"}, None, order=1, cells=["right"])
     scene = kf.System()
     first = scene.add_flexible_body("left", left)
     where = -free_right.interface("joint").position
