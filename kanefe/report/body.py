@@ -12,7 +12,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.documents.blocks import Block, Heading, Histogram, Paragraph, Picture, Table
 from kanefe.documents.document import Report
 from kanefe.documents.record_tables import record_tables
-from kanefe.fe_model.model import COMPONENTS, TRANSLATIONS
+from kanefe.fe_model.model import COMPONENTS, ROTATIONS, TRANSLATIONS, Cells
 from kanefe.report.mesh_quality import MeshQuality, mesh_quality
 from kanefe.report.modes import BodyModes, body_modes, compliance_shares, interface_masses
 
@@ -318,17 +318,33 @@ def _provenance(body: FlexibleBody) -> list[Block]:
 
 
 def _pictures(body: FlexibleBody, modes: BodyModes | None) -> dict[str, list[Picture]]:
-    """Return thumbnails of the mode shapes under their heading; they need pyvista."""
+    """Return thumbnails of the mode shapes under their heading, of shells and beams thick; they need pyvista."""
     if modes is None or body.free_count == 0:
         return {}
     from kanefe.views.pictures import drawn, shape_drawing
+    from kanefe.views.player.skins import skin_of
 
     numbers = range(min(body.free_count, PICTURES))
     rest = np.zeros(body.free_count)
+    points, cells, skin = body.nodes, body.cells, None if body.bends_far else skin_of(body)
     moved = [body.node_velocities(rest, modes.shapes[:, number]) for number in numbers]
-    images = drawn([shape_drawing(body.nodes, body.cells, shape) for shape in moved])
+    if skin is not None and skin.arms is not None:
+        turned = [_turns_of_nodes(body, modes.shapes[:, number]) for number in numbers]
+        pairs = zip(moved, turned, strict=True)
+        moved = [shape[skin.nodes] + np.cross(turn[skin.nodes], skin.arms) for shape, turn in pairs]
+        points, cells = skin.points, (Cells("triangle", skin.triangles),)
+    images = drawn([shape_drawing(points, cells, shape) for shape in moved])
     captions = [f"mode {number + 1}: {modes.frequencies[number]:.5g} Hz" for number in numbers]
     return {SHAPES: [Picture(*pair) for pair in zip(captions, images, strict=True)]}
+
+
+def _turns_of_nodes(body: FlexibleBody, eta: np.ndarray) -> np.ndarray:
+    """Return the rotations of all nodes, (n, 3) in rad, of coordinates (k,)."""
+    found = np.zeros((len(body.nodes), 3))
+    for axis, name in enumerate(ROTATIONS):
+        if name in body.components:
+            found[:, axis] = body.basis[body.components.index(name) :: len(body.components), : len(eta)] @ eta
+    return found
 
 
 def _percent(share: float) -> str:

@@ -196,6 +196,9 @@ class Pressed:
         stress[:, 0] = np.nan
         return stress
 
+    def mesh_error_of(self, eta: np.ndarray) -> float:
+        return np.nan
+
 
 def test_stresses_are_told_by_mode():
     result = robot()

@@ -47,7 +47,7 @@ DEVIATOR = np.array(
 
 @dataclass(frozen=True, eq=False)
 class DamageMap:
-    """Damage at the nodes of the surface of a body.
+    """Damage at the nodes of the surface of a body: of a shell the worst of its faces and of the fibres of stiffeners.
 
     Attributes
     ----------
@@ -147,11 +147,8 @@ def damage_map(
     if len(eta) < 2:
         raise ModelError("a damage needs at least two output times. Remedy: simulate(..., output_step=...)")
     law, scalar = law_of(curve, mean_stress), (*COMPONENTS, SIGNED).index(quantity)
-    blocks = fields.outside
-    every = np.arange(len(fields.nodes))  # of elements of the user without cells
-    outside = np.unique(np.concatenate([block.nodes.ravel() for block in blocks])) if blocks else every
-    part, numbers = fields.around(outside)
-    modes = part.modes("stress", "nodes", material)[numbers]
+    places, shapes = zip(*fields.surface_modes(material), strict=True)
+    outside, modes = np.concatenate(places), np.concatenate(shapes)
     has_stress = np.isfinite(modes).all(axis=(1, 2))
     outside, modes = outside[has_stress], modes[has_stress]
     damages = _bounds(modes, eta, DamageLaw(law), scalar)
@@ -167,8 +164,10 @@ def damage_map(
         damages[chosen] = found
         counted, largest = counted + len(chosen), max(largest, float(found.max()))
     values, is_bound = np.full(len(fields.nodes), np.nan), np.zeros(len(fields.nodes), dtype=bool)
-    values[outside] = damages
-    is_bound[outside[order[counted:]]] = damages[order[counted:]] > 0.0
+    ascending, not_counted = np.argsort(damages, kind="stable"), np.full(len(order), False)
+    not_counted[order[counted:]] = damages[order[counted:]] > 0.0
+    for of_nodes, of_points in ((values, damages), (is_bound, not_counted)):  # the last is the worst at its node
+        of_nodes[outside[ascending]] = of_points[ascending]
     if not np.isfinite(largest):
         place = fields.nodes[int(np.nanargmax(values))].round(6).tolist()
         raise ModelError(

@@ -110,8 +110,17 @@ def envelope_of(
 
     def error_at(node: int, time: float) -> float:
         own = eta[[int(np.abs(times - time).argmin())]]
-        errors = [patch.error for patch in fields.patches(node, own, material)] if at == "nodes" else []
-        stress = fields.scalar("von_mises", "nodes", own, material)[0, node] if errors else np.nan
-        return max(errors, default=np.nan) / float(stress)
+        return error_of_mesh(fields, own, node, material) if at == "nodes" else np.nan
 
     return Envelope(quantity, sign * best, times[when], positions, error_at)
+
+
+def error_of_mesh(fields: StrainFields, eta: np.ndarray, node: int | None, material: int | None) -> float:
+    """Return the estimated error of the stress at a node for coordinates (1, k), relative to it; NaN: not known.
+
+    None is the node with the largest von Mises stress.
+    """
+    stress = fields.scalar("von_mises", "nodes", eta, material)[0]
+    at = int(np.nanargmax(stress)) if node is None else node
+    errors = [patch.error for patch in fields.patches(at, eta, material)]
+    return max(errors, default=np.nan) / float(stress[at]) if stress[at] > 0.0 else np.nan

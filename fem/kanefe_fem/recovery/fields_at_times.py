@@ -10,7 +10,7 @@ import numpy as np
 from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.results.reader import LARGEST_TABLE, Reader
 from kanefe_fem.recovery import scalars as measures
-from kanefe_fem.recovery.envelope import Envelope, envelope_of
+from kanefe_fem.recovery.envelope import Envelope, envelope_of, error_of_mesh
 from kanefe_fem.recovery.fibre_stress import fibre_stress
 from kanefe_fem.recovery.given_stresses import GivenStresses
 from kanefe_fem.recovery.joined_fields import JoinedFields, fields_of_shell
@@ -112,6 +112,15 @@ class FieldsAtTimes:
             return fields.faces_of(np.atleast_2d(eta))
         return fields.evaluate("stress", "nodes", np.atleast_2d(eta), self.material)
 
+    def mesh_error_of(self, eta: np.ndarray, /) -> float:
+        """Return the estimated error of the largest von Mises stress of coordinates (k,), relative to it.
+
+        See `Envelope.mesh_error`; NaN for beams and where it is not known.
+        """
+        if self.is_of_beams:
+            return np.nan
+        return error_of_mesh(self._fields(), np.atleast_2d(eta), None, self.material)
+
     def strain_at_cells(self, at: Literal["centroid", "gauss"] = "centroid") -> np.ndarray:
         """Return the strain at the centre of each cell (T, cells, 6), or at its Gauss points (T, cells, g, 6)."""
         return self._tensor("strain", _place(at))
@@ -200,6 +209,9 @@ class FieldsAtTimes:
     ) -> DamageMap:
         """Return the damage by fatigue at the nodes of the surface: rainflow counting and Miner's rule.
 
+        Of a shell it is the worst of both faces, of the solids and of the fibres of stiffeners at each node, or that of
+        the face or the `material` that was chosen.
+
         Parameters
         ----------
         curve : kanefe.fatigue.SNCurve
@@ -222,10 +234,11 @@ class FieldsAtTimes:
         from kanefe_fem.recovery.damage_map import damage_map
 
         fields = self._fields()
-        if isinstance(fields, JoinedFields) and fields.ribs is not None and self.material is None:
+        is_part = isinstance(fields, JoinedFields) and fields.ribs is not None and fields.is_chosen
+        if is_part and self.material is None:
             warnings.warn(
-                f"the damage of {self.name!r} is that of its shell and solids: its stiffeners are left out. Remedy: "
-                "kanefe.fatigue with the histories of fibre_stress()",
+                f"the damage of {self.name!r} at a face leaves its stiffeners out. Remedy: no face= and ply=, for the "
+                "worst of all at each node, or material= for a stiffener",
                 AccuracyWarning,
                 stacklevel=outside(),
             )

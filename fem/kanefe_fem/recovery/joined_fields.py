@@ -7,7 +7,7 @@ the solids.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import reduce
 from typing import cast
 from weakref import WeakKeyDictionary
@@ -136,6 +136,14 @@ class JoinedFields(ShellStrainFields):
         of_shell = super().evaluate(what, at, eta, row) if part in (None, "shell") else None
         of_solid = self.solid.evaluate(what, at, eta, row) if self.solid and part in (None, "solids") else None
         return self._together(at, of_shell, of_solid, (len(eta), 6))
+
+    def surface_modes(self, material: int | None = None) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield nodes and the stress there of every unit coordinate: of faces, of solids, of the fibres of beams."""
+        part, row = self.part_of(material)
+        if part != "beams":
+            yield from super().surface_modes(material)
+        if self.ribs is not None and (part == "beams" or (part is None and not self.is_chosen)):
+            yield self.ribs.modes(row)
 
     def in_layers(self, at: Place, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return the stress of the shell in the axes of the layer, as `evaluate`; NaN in solids and beams."""

@@ -95,6 +95,14 @@ class RibFields:
         stress = E * (strains[..., 0, :] + z * strains[..., 4, :] - y * strains[..., 5, :])
         return np.where(E > 0.0, stress, np.nan)
 
+    def modes(self, rib: int | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Return nodes of the fibres (r,) and the stress of every unit coordinate in G there, (r, 6, k)."""
+        stress = np.moveaxis(self.stress(NODES, np.eye(self.motion.shape[1])), 0, -1)  # (m, s, p, k)
+        modes = stress[..., None, :] * self._dyads[:, None, None, :, None]
+        chosen = np.full(len(self.table), True) if rib is None else self.ribs.of_line == rib
+        nodes = np.repeat(self.table[chosen], modes.shape[2])
+        return nodes, modes[chosen].reshape(len(nodes), 6, -1)
+
     def patches(self, node: int, eta: np.ndarray, rib: int | None = None) -> list[Patch]:
         """Return the stress around a node, for coordinates (1, k), in the fibre of each stiffener with the largest."""
         at_node = (self.table == node) & ((rib is None) | (self.ribs.of_line == rib))[:, None]

@@ -7,7 +7,8 @@ those across it, 13 and 23, balance the growth of bending through the thickness
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from copy import copy
 from functools import cached_property
 from typing import NamedTuple
 
@@ -105,6 +106,13 @@ class ShellStrainFields(StrainFields):
     def modes(self, what: Tensor, at: Place, material: int | None = None) -> np.ndarray:
         """Return the field of every unit coordinate, shape (n, 6, k) or (cells, 6, k)."""
         return np.moveaxis(self.evaluate(what, at, np.eye(self.basis.shape[1]), material), 0, -1)
+
+    def surface_modes(self, material: int | None = None) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield nodes and the stress there of every unit coordinate, at the chosen face or at both."""
+        for face in ("bottom", "top") if self.face is None else (self.face,):
+            own = copy(self)
+            own.face = face
+            yield from StrainFields.surface_modes(own, material)
 
     def scalar(self, quantity: str, at: Place, eta: np.ndarray, material: int | None = None) -> np.ndarray:
         """Return a scalar of the stress, (T, n) or (T, cells): the worst of the heights, and of the sides of a fold."""

@@ -155,6 +155,14 @@ class StrainFields:
             self._modes[key].flags.writeable = False
         return self._modes[key]
 
+    def surface_modes(self, material: int | None = None) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        """Yield nodes of the surface (r,), and the stress there of every unit coordinate, (r, 6, k)."""
+        blocks = self.outside
+        every = np.arange(len(self.nodes))  # of elements of the user without cells
+        outside = np.unique(np.concatenate([block.nodes.ravel() for block in blocks])) if blocks else every
+        part, numbers = self.around(outside)
+        yield outside, part.modes("stress", "nodes", material)[numbers]
+
     def chosen_cells(self, material: int | None) -> np.ndarray:
         """Return which cells have the material, shape (cells,); all if it is None."""
         if material is None:

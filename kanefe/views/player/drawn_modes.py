@@ -46,6 +46,10 @@ class StressField(Protocol):
         """
         ...
 
+    def mesh_error_of(self, eta: np.ndarray, /) -> float:
+        """Return the estimated error of the largest stress of coordinates (k,) by the mesh, relative; NaN: unknown."""
+        ...
+
 
 class DrawnModes(NamedTuple):
     """A motion as a sum, ``x = X + sum_i a_i(t) shapes_i``.
@@ -121,11 +125,11 @@ def _kept(amplitudes: np.ndarray, shapes: np.ndarray, stresses: np.ndarray | Non
     return DrawnModes(amplitudes[:, kept], shapes[kept], None if stresses is None else stresses[kept])
 
 
-def largest_values(modes: DrawnModes) -> tuple[float, float]:
-    """Return the largest displacement (m) and von Mises stress (Pa) at the times shown."""
+def largest_values(modes: DrawnModes) -> tuple[float, float, int]:
+    """Return the largest displacement (m) and von Mises stress (Pa) at the times shown, and the row of the latter."""
     count = max(1, modes.shapes.shape[1])
     at_once = max(1, AT_ONCE // (9 * count))
-    moved = pressed = 0.0
+    moved, pressed, row = 0.0, 0.0, 0
     for start in range(0, len(modes.amplitudes), at_once):
         part = modes.amplitudes[start : start + at_once]
         if not part.shape[1]:
@@ -134,8 +138,9 @@ def largest_values(modes: DrawnModes) -> tuple[float, float]:
         moved = max(moved, float(np.sqrt((offsets**2).sum(axis=-1).max(initial=0.0))))
         if modes.stresses is not None:
             found = von_mises(np.tensordot(part, np.nan_to_num(modes.stresses), axes=1))
-            pressed = max(pressed, float(found.max(initial=0.0)))
-    return moved, pressed
+            if (most := float(found.max(initial=0.0))) > pressed:
+                pressed, row = most, start + int(found.max(axis=1).argmax())
+    return moved, pressed, row
 
 
 def von_mises(stress: np.ndarray) -> np.ndarray:

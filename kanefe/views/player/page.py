@@ -131,9 +131,10 @@ def _checked_stresses(result: Reader, stress: StressField | Sequence[StressField
 
 
 def _stress_name(data: SceneData) -> str:
-    """Return the name of the stress in colours: for beams it is the normal stress."""
+    """Return the name of the stress in colours: for beams it is the normal stress, else with the error of the mesh."""
     if not data.beams_stressed:
-        return "von Mises stress"
+        error = "" if np.isnan(data.mesh_error) else f" (error of mesh {100.0 * data.mesh_error:.2g} %)"
+        return f"von Mises stress{error}"
     return "normal stress" if data.beams_stressed == data.stressed else "stress, normal in beams"
 
 

@@ -49,6 +49,8 @@ class SceneData:
     arrays : Arrays
     stressed, beams_stressed : set of str
         Bodies with stress, and those among them that are made of beams.
+    mesh_error : float
+        Of the largest stress that is shown, relative to it; NaN: not known.
     """
 
     def __init__(
@@ -67,7 +69,7 @@ class SceneData:
             for shape in self._shapes
             if shape.mass > 0.0 and not shape.is_flexible
         }
-        self.largest = {"displacement": 0.0, "stress": 0.0}
+        self.largest, self.mesh_error = {"displacement": 0.0, "stress": 0.0}, np.nan
         self.stressed = {name for name in stresses if name in self._skins}
         self.beams_stressed = {name for name in self.stressed if self._skins[name].fibres}
         bodies = self._joined([self._body(shape, stresses.get(shape.name)) for shape in self._shapes])
@@ -186,8 +188,10 @@ class SceneData:
         skin: Skin = self._skins[shape.name]
         eta = self.result.modal_coordinates(shape.name)[self.frames]
         modes = drawn_modes(shape, skin, eta, stress)
-        for field, value in zip(self.largest, largest_values(modes), strict=True):
-            self.largest[field] = max(self.largest[field], value)
+        moved, pressed, row = largest_values(modes)
+        if stress is not None and pressed > self.largest["stress"]:
+            self.mesh_error = stress.mesh_error_of(eta[row])
+        self.largest = {k: max(v, self.largest[k]) for k, v in (("displacement", moved), ("stress", pressed))}
         shapes, factors = quantised(modes.shapes)
         part = self._part(self.tracks.number(shape.name), skin.points, skin.triangles, skin.creases) | {
             "lines": self.arrays.add(skin.lines.astype(np.uint32)),

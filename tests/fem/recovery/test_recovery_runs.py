@@ -194,6 +194,7 @@ def test_a_page_has_the_stress_of_the_recovery():
     result = spinning_bar()
     fields = recover(result, "bar")
     told = read_page(page_of(result, stress=fields).html)
+    assert told["stress_name"] == f"von Mises stress (error of mesh {100.0 * fields.envelope().mesh_error:.2g} %)"
     part = body_of(told, "bar")["parts"][0]
     assert len(part["factors"]) < 4
     stress = np.tensordot(part["amplitudes"][1] * part["stress_factors"], part["stresses"].astype(float), axes=1)
