@@ -40,9 +40,9 @@ class MadeFromSource:
 
         Parameters
         ----------
-        reduction : Reduction or "none", optional
-            Such as `CraigBampton`; "none" keeps every degree of freedom; of an exact beam the functions of its strains,
-            as its `basis`. Default: as it was.
+        reduction : Reduction, "auto" or "none", optional
+            Such as `CraigBampton`; "auto" is `CraigBampton()`, "none" keeps every degree of freedom; of an exact beam
+            the functions of its strains, as its `basis`. Default: as it was.
         stiffening : "none", "inertial" or "full", optional
             Default: as it was.
         refined : int

@@ -51,7 +51,7 @@ class Changes(NamedTuple):
     def of_body(self, reduction: Any, stiffening: Any) -> dict[str, Any]:
         """Return reduction and stiffening after the changes, as keywords of the maker."""
         if self.reduction is not None:
-            reduction = None if isinstance(self.reduction, str) else self.reduction
+            reduction = None if isinstance(self.reduction, str) and self.reduction == "none" else self.reduction
         return {"reduction": reduction, "stiffening": self.stiffening or stiffening}
 
 
@@ -163,10 +163,14 @@ def _is_asked(changes: Changes, name: str) -> bool:
 
 
 def _check(changes: Changes) -> None:
-    if changes.reduction is not None and isinstance(changes.reduction, str) and changes.reduction != "none":
+    if (
+        changes.reduction is not None
+        and isinstance(changes.reduction, str)
+        and changes.reduction not in ("auto", "none")
+    ):
         raise ModelError(
             f"reduction={changes.reduction!r} of a rebuilt body. Remedy: CraigBampton(modes=...) or another reduction; "
-            "'none' keeps every degree of freedom; None leaves the reduction as it was"
+            "'auto' is CraigBampton(), 'none' keeps every degree of freedom; None leaves the reduction as it was"
         )
     if changes.stiffening is not None and (not isinstance(changes.stiffening, str) or changes.stiffening not in LEVELS):
         raise ModelError(f"stiffening={told(changes.stiffening)} of a rebuilt body. Remedy: {', '.join(LEVELS)}")

@@ -91,15 +91,15 @@ def flexible_body(
     method = _checked_reduction(reduction)
     check_stiffening(stiffening, model)
     specs = {} if interfaces is None else interfaces
-    body = _made_body(model, specs, reduction, damping, stiffening, factorise)
-    options = {"reduction": reduction, "damping": damping, "stiffening": stiffening, "factorise": factorise}
+    body = _made_body(model, specs, method, damping, stiffening, factorise)
+    options = {"reduction": method, "damping": damping, "stiffening": stiffening, "factorise": factorise}
     return sourced(body, source_of_model(flexible_body, model, specs, options))
 
 
 def _made_body(
     model: FiniteElementModel,
     interfaces: Mapping[str, str | Interface],
-    reduction: Reduction | None,
+    method: Reduction | None,
     damping: Damping,
     stiffening: StiffeningLevel,
     factorise: Factorise,

@@ -50,19 +50,11 @@ ROOMS = {
     "checks": 3685,
     "views": 3457,
     "studies": 3433,
-<<<<<<< HEAD
     "bodies": 3690,
-    "fe_model": 4180,
+    "fe_model": 4183,
     "environment": 2836,
     "scene": 2990,
-    "reduction": 3160,
-=======
-    "bodies": 3275,
-    "fe_model": 4073,
-    "environment": 2836,
-    "scene": 2816,
-    "reduction": 3210,
->>>>>>> ee55b7f2 (Bodies from meshes take modes that follow from them: all up to ten times the first frequency, static shapes of all loads they know; runs tell where motion is too fast for the modes)
+    "reduction": 3285,
     "tree": 3165,
     "storage": 2420,
     "robots": 2214,
