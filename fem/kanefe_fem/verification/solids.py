@@ -20,6 +20,7 @@ from kanefe_fem.solids.body import solid_body
 from kanefe_fem.solids.model import solid_model
 from kanefe_fem.verification import (
     damped_beams,
+    experiments,
     imported_shells,
     joined_shells,
     own_forms,
@@ -131,6 +132,7 @@ CASES = (
     Case("E01a", tumbling_block),
     Case("E02a", spinning_bar),
     *damped_beams.SOLID_CASES,
+    *experiments.SOLID_CASES,
     *own_forms.CASES,
     *plates.CASES,
     *satellite.CASES,

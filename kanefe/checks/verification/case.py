@@ -41,8 +41,9 @@ class Reference:
     def allows(self, tolerance: float) -> bool:
         """Return whether a tolerance is one of those stated in the reference, or tighter than all of them."""
         numbers = re.findall(r"(\d+(?:\.\d+)?(?:e-?\d+)?)(%?)", self.tolerance)
-        values = [float(number) * (0.01 if percent else 1.0) for number, percent in numbers]
-        stated = [value for value in values if value < 0.1]  # larger numbers are counts, moduli or times
+        values = [(float(number) * (0.01 if percent else 1.0), percent) for number, percent in numbers]
+        # larger numbers than this, not in percent, are counts, moduli or times
+        stated = [value for value, percent in values if percent or value < 0.1]
         return bool(stated) and (tolerance <= min(stated) or any(math.isclose(tolerance, s) for s in stated))
 
 
