@@ -33,9 +33,12 @@ if TYPE_CHECKING:
     from kanefe.fe_model.damping import RayleighDamping as RayleighDamping
     from kanefe.fe_model.interface import Interface as Interface
     from kanefe.fe_model.load_pattern import NodalPattern as NodalPattern
+    from kanefe.fe_model.mapped_field import MappedField as MappedField
+    from kanefe.fe_model.mapped_field import MappedHistory as MappedHistory
     from kanefe.fe_model.model import Cells as Cells
     from kanefe.fe_model.model import FiniteElementModel as FiniteElementModel
     from kanefe.fe_model.model import MassField as MassField
+    from kanefe.fe_model.place_field import LoadShape as LoadShape
     from kanefe.fe_model.places import InBox as InBox
     from kanefe.fe_model.places import InCylinder as InCylinder
     from kanefe.fe_model.places import Near as Near

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from kanefe.documents.document import Report
     from kanefe.fe_model.load_pattern import LoadPattern
     from kanefe.fe_model.node_shares import NodeShares
+    from kanefe.fe_model.place_field import Over
     from kanefe.storage.object_file import FileKind
 
 UNITS = "m, kg, s, N, rad"
@@ -309,12 +310,15 @@ class FlexibleBody(MadeFromSource, PickledByFields):
         known = ", ".join(frame.name for frame in self.interfaces) or "none"
         raise ModelError(f"this flexible body has no interface called {name!r}. It has: {known}")
 
-    @checked
-    def load_pattern(self, name: str) -> LoadPattern:
-        """Return the surface or line called `name`; raise a ModelError that lists those there are."""
+    @checked("name")
+    def load_pattern(self, name: str, over: Over | None = None) -> LoadPattern:
+        """Return the surface or line called `name`, of a load that varies by a shape where `over` is given.
+
+        That is as of `System.add_pressure`; all constants have it as a factor. A ModelError lists the surfaces.
+        """
         for pattern in self.load_patterns:
             if pattern.name == name:
-                return pattern
+                return pattern if over is None else pattern.shaped(over, self.nodes, self.basis)
         known = ", ".join(pattern.name for pattern in self.load_patterns) or "none"
         raise ModelError(
             f"this flexible body has no surface or line for loads called {name!r}. It has: {known}. Remedy: make it "

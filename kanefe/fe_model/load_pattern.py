@@ -19,6 +19,9 @@ from typing import Literal
 
 import numpy as np
 
+from kanefe.errors import ModelError
+from kanefe.fe_model.loaded_face import LoadedFace
+from kanefe.fe_model.place_field import Over, PlaceField, checked_field
 from kanefe.fe_model.pressure_change import PressureChange
 from kanefe.storage.scipy_later import sp
 
@@ -52,6 +55,8 @@ class NodalPattern:
     pressure_change : PressureChange or None
         Change of `pressure_force`, `pressure_moment` and `pressure` with the displacements (m, rad): see
         `kanefe.fe_model.pressure_change`. None: not known, so that no pressure can follow the surface.
+    face : LoadedFace or None
+        Where it acts, for loads that vary by place. None: not known.
     """
 
     kind: PatternKind
@@ -63,6 +68,24 @@ class NodalPattern:
     pressure_moment: np.ndarray
     cells: np.ndarray | None = None
     pressure_change: PressureChange | None = None
+    face: LoadedFace | None = None
+
+    @classmethod
+    def of_face(cls, face: LoadedFace, over: PlaceField | None = None, kind: PatternKind = "surface") -> NodalPattern:
+        """Return the pattern of a face, of a load that is uniform, or varies by a shape, which is part of it."""
+        shares, forces, across = face.sums(over)
+        change = face.pressure_change(forces, across) if kind == "surface" else None
+        return cls(
+            kind=kind,
+            measure=float(shares.sum()),
+            first=shares @ face.points,
+            traction=np.asarray(face.motion.T @ np.kron(shares[:, None], np.eye(3))),
+            pressure=None if change is None else change.on_components,
+            pressure_force=np.zeros(3) if change is None else forces.sum(axis=0),
+            pressure_moment=np.zeros(3) if change is None else np.cross(face.points, forces).sum(axis=0),
+            pressure_change=change,
+            face=face,
+        )
 
     @classmethod
     def of_nodes(
@@ -124,6 +147,7 @@ class NodalPattern:
             traction=motion.T @ self.traction,
             pressure=None if self.pressure is None else motion.T @ self.pressure,
             pressure_change=None if self.pressure_change is None else self.pressure_change.moved_by(motion),
+            face=None if self.face is None else self.face.moved_by(motion),
         )
 
     def projected(self, name: str, basis: np.ndarray) -> LoadPattern:
@@ -140,6 +164,7 @@ class NodalPattern:
             pressure_moment=np.array(self.pressure_moment, dtype=float),
             pressure_elastic=np.zeros(count) if self.pressure is None else self.pressure @ basis,
             pressure_change=None if change is None or sp.issparse(basis) else change.over(basis),
+            face=self.face,
         )
 
 
@@ -168,6 +193,8 @@ class LoadPattern:
     pressure_change : ndarray, shape (6 + K, K), or None
         Change of `pressure_force`, `pressure_moment` and `pressure_elastic` with the coordinates; with stiffening
         "full", the last part has what the stress of a unit pressure does to the stiffness too. None: not known.
+    face : LoadedFace or None
+        Where it acts, for loads that vary by place. None: not known.
     """
 
     name: str
@@ -181,6 +208,37 @@ class LoadPattern:
     pressure_elastic: np.ndarray
     quadratic_first: np.ndarray | None = None
     pressure_change: np.ndarray | None = None
+    face: LoadedFace | None = None
+
+    def __str__(self) -> str:
+        """Return area, and resultants of unit loads."""
+        unit, what = ("m", "N/m") if self.kind == "line" else ("m2", "Pa")
+        middle = self.first / self.measure if self.measure else self.first
+        told = [f"{self.kind} {self.name!r}, {self.measure:.6g} {unit} about {told_vector(middle)} m"]
+        if self.has_pressure:
+            force, moment = told_vector(self.pressure_force), told_vector(self.pressure_moment)
+            told.append(f"1 {what} of pressure: {force} N and {moment} N m about the origin of the mesh frame")
+        return "; ".join(told)
+
+    def shaped(
+        self, over: Over, nodes: np.ndarray, basis: np.ndarray, label: str = "", component: int | None = None
+    ) -> LoadPattern:
+        """Return the pattern of a load that varies by a shape, on a body with these nodes (n, 3) and basis Psi (N, K).
+
+        Of three components one is taken. The label of the load is for messages.
+        """
+        label = label or repr(self.name)
+        if self.face is None:
+            raise ModelError(
+                f"{label} varies by place, and where its facets are is not known: the body is made from matrices, or "
+                "it is a line of beams. Remedy: shell_body or solid_body, or a NodalPattern of that load"
+            )
+        given, count = checked_field(over, nodes, label)
+        if count != (1 if component is None else 3):
+            raise ModelError(f"over= of {label} gives {count} numbers a place, where one is meant")
+        field = PlaceField(given, label, component)
+        found = NodalPattern.of_face(self.face, field, self.kind).projected(f"{self.name} (by place)", basis)
+        return found
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Return the arrays by name, for a file."""
@@ -219,3 +277,9 @@ class LoadPattern:
             change = self.pressure_change[: 6 + len(eta), : len(eta)] @ eta
             force, moment, elastic = force + change[:3], moment + change[3:6], elastic + change[6:]
         return pressure * force, pressure * moment, pressure * elastic
+
+
+def told_vector(vector: np.ndarray) -> str:
+    """Return a vector for a text, without round-off."""
+    size = np.abs(vector).max()
+    return f"({', '.join(f'{x:.6g}' if abs(x) > 1e-12 * size else '0' for x in vector)})"

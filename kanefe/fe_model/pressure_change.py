@@ -16,18 +16,11 @@ which no potential has.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from kanefe.fe_model.block_diagonal import block_diagonal
-from kanefe.fe_model.shapes import quadrature, shape
-from kanefe.frames import skews
 from kanefe.storage.scipy_later import sp
-
-DEGREE = 8
-"""Degree of quadrature: exact for curved facets of second order."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +70,9 @@ class PressureChange:
         A square of 1 m2 that grows along x by 1 % is pushed on more:
 
         >>> corners = np.array([[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]], float)
-        >>> face = pressure_change([PushedFace("quad", np.arange(4)[None], corners, np.ones(1))], 4, 3)
+        >>> from kanefe.fe_model.loaded_face import FacetBlock, LoadedFace
+        >>> square = LoadedFace((FacetBlock("quad", np.arange(4)[None], corners, np.ones(1)),), 4, 3)
+        >>> face = square.pressure_change(*square.sums()[1:])
         >>> stretch = np.array([[0, 0, 0], [0.01, 0, 0], [0.01, 0, 0], [0, 0, 0]]).reshape(12, 1)
         >>> face.over(stretch)[:3, 0].round(12).tolist()
         [0.0, 0.0, 0.01]
@@ -93,78 +88,7 @@ class PressureChange:
         return np.vstack((by_point.sum(axis=0), moment, on_coordinates))
 
 
-@dataclass(frozen=True, eq=False)
-class PushedFace:
-    """Facets of one shape, and how their points move with the nodes of a model.
-
-    Attributes
-    ----------
-    kind : str
-        Shape of the facets, by meshio's name; a line for plane bodies.
-    nodes : ndarray of int, shape (m, n)
-    places : ndarray, shape (m, n, 3)
-        Undeformed points of the face, m.
-    signs : ndarray, shape (m,)
-        1 where a pressure pushes along ``x_xi x x_eta`` (of a line: ``x_xi x e_z``), -1 where against it; of a plane
-        body times its thickness (m).
-    arms : ndarray, shape (m, n, 3), or None
-        Points less nodes, m, where the nodes rotate. None: the points are the nodes.
-    """
-
-    kind: str
-    nodes: np.ndarray
-    places: np.ndarray
-    signs: np.ndarray
-    arms: np.ndarray | None = None
-
-
-def pressure_change(faces: Sequence[PushedFace], count: int, width: int) -> PressureChange:
-    """Return how the forces of a unit pressure on a face change with the displacements of a model.
-
-    Parameters
-    ----------
-    faces : sequence of PushedFace
-    count, width : int
-        How many nodes there are, and components of each: x, y; x, y, z; or three rotations too. N is their product.
-    """
-    forces, across = zip(*(_by_points(face) for face in faces), strict=True)
-    pushed = np.concatenate([one.reshape(-1, 3) for one in forces])
-    points = np.concatenate([face.places.reshape(-1, 3) for face in faces])
-    node = np.concatenate([face.nodes.ravel() for face in faces])
-    to_node = sp.csr_matrix((np.ones(len(node)), node, np.arange(len(node) + 1)), (len(node), count))
-    motion, second = sp.kron(to_node, sp.eye(3, width), format="csr"), None
-    if width > 3:
-        arms = np.concatenate([np.zeros_like(f.places) if f.arms is None else f.arms for f in faces]).reshape(-1, 3)
-        turns = sp.kron(to_node, sp.eye(3, width, k=3), format="csr")
-        motion = motion - block_diagonal(skews(arms)) @ turns
-        second = (turns.T @ block_diagonal(turning(pushed, arms)) @ turns).tocsr()
-    return PressureChange(points, pushed, sp.block_diag(across, format="csr"), motion.tocsr(), second)
-
-
 def turning(n: np.ndarray, r: np.ndarray) -> np.ndarray:
     """Return X of ``n . theta x (theta x r) = theta . X theta`` for vectors (m, 3), shape (m, 3, 3)."""
     mixed = r[:, :, None] * n[:, None, :]
     return 0.5 * (mixed + mixed.swapaxes(1, 2)) - np.einsum("mi,mi->m", n, r)[:, None, None] * np.eye(3)
-
-
-def _by_points(face: PushedFace) -> tuple[np.ndarray, sp.csr_matrix]:
-    """Return forces on the points (m, n, 3) of facets and their change with their displacements, (3 m n, 3 m n)."""
-    points, weights = quadrature(face.kind, DEGREE)
-    element = shape(face.kind)
-    values, slopes = element.values(points), element.gradients(points)
-    tangents = np.einsum("pna,mni->mpai", slopes, face.places)
-    if tangents.shape[2] == 1:
-        tangents = np.concatenate((tangents, np.broadcast_to(np.eye(3)[2], tangents.shape)), axis=2)
-        slopes = np.concatenate((slopes, np.zeros_like(slopes)), axis=2)
-    first, second = tangents[:, :, 0], tangents[:, :, 1]
-    forces = np.einsum("m,mpa,pi->mia", face.signs, np.cross(first, second), weights[:, None] * values)
-    weighted = np.einsum("p,pi,pja->apij", weights, values, slopes)
-    m, n = face.nodes.shape
-    by_slopes, by_others = (
-        np.tensordot(tangent, one, axes=(1, 0)) for tangent, one in ((second, weighted[0]), (first, weighted[1]))
-    )
-    v = (face.signs[:, None, None, None] * (by_slopes - by_others)).transpose(0, 2, 3, 1)
-    at = np.repeat(n * np.arange(m)[:, None] + np.arange(n), n, axis=0)
-    found = sp.bsr_matrix((-skews(v).reshape(-1, 3, 3), at.ravel(), n * np.arange(m * n + 1))).tocsr()
-    found.eliminate_zeros()
-    return forces, found

@@ -6,8 +6,11 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from kanefe.fe_model.load_pattern import told_vector
 from kanefe.frames import Matrix, Vector
-from kanefe.loads.functions import SceneView
+from kanefe.loads.functions import Constant, SceneView
 from kanefe.loads.valued_load import ValuedLoad
 
 if TYPE_CHECKING:
@@ -54,6 +57,26 @@ class FieldLoad(ValuedLoad):
     def unit(self, of_joint: Sequence[str]) -> str:
         """Return N/m on a line, else Pa."""
         return "N/m" if self.pattern.kind == "line" else "Pa"
+
+    @property
+    def failed(self) -> str:
+        """Tell where functions of places go."""
+        return "; a function of places is over= of add_pressure, add_traction or add_line_load"
+
+    @property
+    def resultant(self) -> str:
+        """Return force and moment on the undeformed body about the origin of its mesh frame, for texts."""
+        pattern, function = self.pattern, self.function
+        if not (pattern.measure or pattern.first.any()):
+            return ", by place and time"
+        value, per = (function.value, "") if isinstance(function, Constant) else (1.0, f" per {self.unit(())}")
+        if self.is_pressure:
+            force, moment = value * pattern.pressure_force, value * pattern.pressure_moment
+        elif not per:
+            force, moment = pattern.measure * value, np.cross(pattern.first, value)
+        else:
+            return f": over {pattern.measure:.6g} {'m' if pattern.kind == 'line' else 'm2'}"
+        return f": {told_vector(force)} N{per}, moment {told_vector(moment)} N m{per}"
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -75,7 +75,7 @@ class ValuedLoad:
         except CircularLoad as error:
             raise ModelError(f"{self.label} asks for {error}") from None
         except Exception as error:
-            error.add_note(f"the function of {self.label} at t = {t:.6g} s")
+            error.add_note(f"the function of {self.label} at t = {t:.6g} s{self.failed}")
             raise
         SPENT.seconds += perf_counter() - began
         # the usual cases, ten times faster; the square of what is finite may be too large, and is looked at below
@@ -89,6 +89,11 @@ class ValuedLoad:
                 f"{self.label} must give {WORDS[self.shape]}; at t = {t:.6g} s it gave {given!r}{self.advice(value)}"
             )
         return np.asarray(value, dtype=float)
+
+    @property
+    def failed(self) -> str:
+        """What to think of if the function raises; empty: nothing."""
+        return ""
 
     def advice(self, value: np.ndarray) -> str:
         """Return a remedy for a refused value; empty: none."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
+from kanefe.fe_model.place_field import Over, checked_field, takes_time
 from kanefe.frames import numbers
 from kanefe.loads.functions import Constant, callback, multiplied
 from kanefe.scene.readings import with_reads
@@ -17,6 +18,7 @@ from kanefe.scene.segments import SegmentedMember
 
 if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
+    from kanefe.loads.by_place import ByPlace
 
 VectorLoad = Callable[..., Any] | Sequence[float]
 
@@ -26,9 +28,15 @@ class FieldLoadMethods(Scene):
 
     @checked("surface", "follows")
     def add_traction(
-        self, member: FlexibleMember | SegmentedMember, surface: str, traction: VectorLoad, *, follows: bool = False
+        self,
+        member: FlexibleMember | SegmentedMember,
+        surface: str,
+        traction: VectorLoad | float,
+        *,
+        follows: bool = False,
+        over: Over | None = None,
     ) -> None:
-        """Apply a uniform traction to a surface of a flexible body.
+        """Apply a traction to a surface of a flexible body, uniform or varying by place.
 
         It acts on the material points of the surface, per undeformed area, at their deformed positions.
 
@@ -38,37 +46,44 @@ class FieldLoadMethods(Scene):
         surface : str
             A surface of the body: ``solid_body(..., surfaces=["top"])``.
         traction : (3,) or callable t, or (t, state), -> (3,)
-            Pa.
+            Pa. One number if `over` has three.
         follows : bool
             True: components of the body's mesh frame G (of each segment); False: of N.
+        over : callable or array_like, optional
+            By what it varies, a factor of the traction: see `add_pressure`. With three components a place, in the axes
+            that `follows` chooses, a field of vectors.
 
         Raises
         ------
         ModelError
-            If the body is rigid or has no such surface; the message lists those it has.
+            If the body is rigid or has no such surface, the message lists those it has; if `over` is not valid.
 
         Examples
         --------
         >>> scene.add_traction(arm, "top", (0.0, 0.0, -1e3))                  # doctest: +SKIP
         """
-        from kanefe.loads.field_load import FieldLoad
-
         label = f"the traction on {surface!r} of {_name(member)}"
         if isinstance(member, SegmentedMember):
             for part in member.carrying(surface, label):
-                self.add_traction(part, surface, traction, follows=follows)
+                own = _of_segment(member, part, over, label)
+                self.add_traction(part, surface, traction, follows=follows, over=own)
             return
         entry, pattern = self._loaded(member, surface, label)
         if pattern.kind == "line":
             raise ModelError(f"{label}: that is a line. Remedy: add_line_load, in N/m")
-        function, takes = _vector(self._entries, traction, label)
-        entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
+        self._add_vectors(entry, pattern, traction, label, follows, over)
 
     @checked("line", "follows")
     def add_line_load(
-        self, member: FlexibleMember | SegmentedMember, line: str, load: VectorLoad, *, follows: bool = False
+        self,
+        member: FlexibleMember | SegmentedMember,
+        line: str,
+        load: VectorLoad | float,
+        *,
+        follows: bool = False,
+        over: Over | None = None,
     ) -> None:
-        """Apply a uniform load per length to a line of beams.
+        """Apply a load per length to a line of beams or an edge of a shell, uniform or varying by place.
 
         Parameters
         ----------
@@ -82,31 +97,31 @@ class FieldLoadMethods(Scene):
         follows : bool
             True: components of the body's mesh frame G (of each segment, and turning with the sections of an exact
             beam); False: of N.
+        over : callable or array_like, optional
+            By what the load on a line of a shell varies: see `add_traction`.
 
         Raises
         ------
         ModelError
-            If the body is rigid or has no such line; the message lists those it has.
+            If the body is rigid or has no such line, the message lists those it has; if `over` is not valid.
 
         Examples
         --------
         >>> scene.add_line_load(wing, "span", (0.0, 0.0, 120.0), follows=True)    # doctest: +SKIP
         """
-        from kanefe.loads.field_load import FieldLoad
-
         label = f"the line load on {line!r} of {_name(member)}"
         if isinstance(member, SegmentedMember):
             for part in member.carrying(line, label):
-                self.add_line_load(part, line, load, follows=follows)
+                own = _of_segment(member, part, over, label)
+                self.add_line_load(part, line, load, follows=follows, over=own)
             return
-        if isinstance(member, FlexibleMember) and member.body.bends_far:
+        if isinstance(member, FlexibleMember) and member.body.bends_far and over is None:
             self._add_to_sections(member, line, load, follows, label)
             return
         entry, pattern = self._loaded(member, line, label)
         if pattern.kind != "line":
             raise ModelError(f"{label}: that is a surface. Remedy: add_traction, in Pa")
-        function, takes = _vector(self._entries, load, label)
-        entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
+        self._add_vectors(entry, pattern, load, label, follows, over)
 
     @checked("surface", "follows")
     def add_pressure(
@@ -116,8 +131,9 @@ class FieldLoadMethods(Scene):
         pressure: Callable[..., Any] | float,
         *,
         follows: bool = False,
+        over: Over | None = None,
     ) -> None:
-        """Apply a uniform pressure to the outer side of a surface of a flexible body.
+        """Apply a pressure to the outer side of a surface of a flexible body, uniform or varying by place.
 
         It turns with the mesh frame G. Where it does not follow the surface, it acts on the undeformed one: the turn
         and growth of the surface and the displacement of its points by the deformation are neglected.
@@ -133,24 +149,31 @@ class FieldLoadMethods(Scene):
             True: it acts on the deformed surface, to first order in the coordinates of the body. With stiffening
             "full" the stress of the pressure stiffens the body, or buckles it. Where the surface has a free edge, such
             a load has no potential; the balance of energy books its work.
+        over : callable or array_like, optional
+            By what it varies, a factor of the pressure: a function of places (n, 3) in m, undeformed in the mesh frame
+            G (of the whole, if it is cut) -> (n,), or values at the nodes of the body (n,). It is integrated once, when
+            it is added. Sums of such products are several loads. A function of places and time ``f(x, t)``, with a
+            number as pressure, is called in Python in each evaluation.
 
         Raises
         ------
         ModelError
             If the body is rigid or has no such surface, or it is a line; if `follows`, and the body is not reduced or
-            its maker does not know how the surface deforms.
+            its maker does not know how the surface deforms; if `over` is not valid.
 
         Examples
         --------
         >>> scene.add_pressure(arm, "top", lambda t: 1e5 * min(t, 1.0))       # doctest: +SKIP
         >>> scene.add_pressure(tube, "outside", 2e5, follows=True)            # doctest: +SKIP
+        >>> scene.add_pressure(wall, "wet", 9810.0, over=lambda x: 3.0 - x[:, 2])      # doctest: +SKIP
         """
         from kanefe.loads.field_load import FieldLoad
 
         label = f"the pressure on {surface!r} of {_name(member)}"
         if isinstance(member, SegmentedMember):
             for part in member.carrying(surface, label):
-                self.add_pressure(part, surface, pressure, follows=follows)
+                own = _of_segment(member, part, over, label)
+                self.add_pressure(part, surface, pressure, follows=follows, over=own)
             return
         entry, pattern = self._loaded(member, surface, label)
         if not pattern.has_pressure:
@@ -161,9 +184,26 @@ class FieldLoadMethods(Scene):
                 "NodalPattern(pressure_change=...). Remedy: a reduction, shell_body or solid_body, or follows=False"
             )
         function, takes = _scalar(self._entries, pressure, label)
-        entry.field_loads.append(FieldLoad(label, function, pattern, True, follows, takes))
+        if over is None:
+            entry.field_loads.append(FieldLoad(label, function, pattern, True, follows, takes))
+        else:
+            entry.field_loads += _by_place(entry, pattern, over, label).pressure(function, takes, follows)
 
-    def _add_to_sections(self, member: FlexibleMember, line: str, load: VectorLoad, follows: bool, label: str) -> None:
+    def _add_vectors(
+        self, entry: BodyEntry, pattern: LoadPattern, load: Any, label: str, follows: bool, over: Over | None
+    ) -> None:
+        """Add a load of three components on a surface or line, or of one number on a field of vectors."""
+        from kanefe.loads.field_load import FieldLoad
+
+        if over is None:
+            function, takes = _vector(self._entries, load, label)
+            entry.field_loads.append(FieldLoad(label, function, pattern, False, follows, takes))
+            return
+        given = _by_place(entry, pattern, over, label)
+        function, takes = (_scalar if given.values == 3 else _vector)(self._entries, load, label)
+        entry.field_loads += given.traction(function, takes, follows)
+
+    def _add_to_sections(self, member: FlexibleMember, line: str, load: Any, follows: bool, label: str) -> None:
         """Add a load per length as forces on the Gauss points of an exact beam, by whose sums it integrates."""
         from kanefe.bodies.exact.beam import ExactBeam
         from kanefe.loads.point_load import PointLoad
@@ -189,7 +229,10 @@ class FieldLoadMethods(Scene):
                 "Remedy: give the flexible body itself, or use add_force"
             )
         if frame.body.bends_far:
-            raise ModelError(f"{label}: an exact beam has no surfaces. Remedy: add_line_load(..., 'span', ...), in N/m")
+            raise ModelError(
+                f"{label}: an exact beam has no surfaces, and loads on it do not vary by over=. Remedy: "
+                "add_line_load(..., 'span', ...), in N/m, or forces on its nodes"
+            )
         try:
             return self._entries[frame.number], frame.body.load_pattern(name)
         except ModelError as error:
@@ -198,6 +241,26 @@ class FieldLoadMethods(Scene):
 
 def _name(member: object) -> str:
     return repr(member.name) if isinstance(member, Frame) else told(member)
+
+
+def _by_place(entry: BodyEntry, pattern: LoadPattern, over: Over, label: str) -> ByPlace:
+    from kanefe.loads.by_place import ByPlace
+
+    if entry.flexible is None:
+        raise ModelError(f"{label}: the body is not flexible")
+    return ByPlace(entry.flexible, entry.name, pattern, over, label)
+
+
+def _of_segment(member: SegmentedMember, part: FlexibleMember, over: Over | None, label: str) -> Over | None:
+    """Return by what a load on a segment varies, given that of the whole."""
+    if over is None:
+        return None
+    segment = member.body.segments[member.members.index(part)]
+    if not callable(over):
+        return np.asarray(checked_field(over, member.body.nodes, label)[0])[segment.nodes]
+    if takes_time(over, label):
+        return lambda x, t: over(x + segment.origin, t)
+    return lambda x: over(x + segment.origin)
 
 
 def _vector(entries: Sequence[BodyEntry], load: VectorLoad, label: str) -> tuple[Callable[..., Any], bool]:

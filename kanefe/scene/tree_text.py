@@ -50,8 +50,9 @@ def _add_children(lines: list[str], entries: Sequence[BodyEntry]) -> None:
         entry, below = entries[number], children[number]
         lines.append(f"{margin}{'└─ ' if is_last else '├─ '}{_body(entry)}")
         inner = margin + ("   " if is_last else "│  ") if len(margin) < DEEPEST_MARGIN else margin
-        acting = [*(load for load, _ in entry.loads), *entry.joint_loads, *entry.field_loads]
-        lines += [f"{inner}{'│  ' if below else '   '}acted on by {load.label}" for load in acting]
+        acting = [load.label for load in (*(load for load, _ in entry.loads), *entry.joint_loads)]
+        acting += dict.fromkeys(f"{load.label}{load.resultant}" for load in entry.field_loads)
+        lines += [f"{inner}{'│  ' if below else '   '}acted on by {label}" for label in acting]
         left += [(child, inner, child == below[-1]) for child in reversed(below)]
 
 

@@ -29,10 +29,15 @@ def warn_of_loads_that_do_not_stiffen(model: ModelData) -> None:
     for number, words in unstiffened(model):
         missing.setdefault(number, []).append(words)
     for number, carried in missing.items():
+        terms = model.bodies[number].flexible
+        is_full = terms is not None and terms.body.provenance.get("stiffening") == "full"
+        level, remedy = ("inertial", "make the body with stiffening='full'")
+        if is_full:
+            level, remedy = ("full", "surfaces={'own': LoadShape(...)} when the body is made, in place of over=")
         warnings.warn(
-            f"flexible body {model.bodies[number].name!r} has stiffening='inertial', which leaves out what the forces "
+            f"flexible body {model.bodies[number].name!r} has stiffening={level!r}, which leaves out what the forces "
             f"of {', '.join(dict.fromkeys(carried))} do to its stiffness: in a spin its frequencies may be far off. "
-            "Remedy: make the body with stiffening='full'",
+            f"Remedy: {remedy}",
             StiffeningWarning,
             stacklevel=outside(),
         )

@@ -43,7 +43,7 @@ ROOMS = {
     "literal": 1587,
     "states": 957,
     "order_n": 4870,
-    "loads": 4090,
+    "loads": 4410,
     "contact": 3638,
     "joints": 3800,
     "results": 3695,

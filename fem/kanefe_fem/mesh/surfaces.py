@@ -1,4 +1,4 @@
-"""Surfaces of a solid that carry distributed loads: the integrals over their facets.
+"""Surfaces of a solid that carry distributed loads: their facets, and which side of them is outside.
 
 The outward side follows from the cell that a facet bounds, because mesh generators order the nodes of facets
 arbitrarily.
@@ -6,52 +6,46 @@ arbitrarily.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import MeshError, ModelError
-from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.fe_model.loaded_face import FacetBlock, LoadedFace
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.pressure_change import PressureChange, PushedFace, pressure_change
-from kanefe.fe_model.shapes import FACES, corner_kind, quadrature, row_numbers, shape
+from kanefe.fe_model.place_field import LoadShape, PlaceField
+from kanefe.fe_model.places import PlaceLike
+from kanefe.fe_model.shapes import FACES, corner_kind, row_numbers, shape
 from kanefe_fem.mesh.mesh import Mesh
 
-DEGREE = 6
-"""Degree of the quadrature: exact for pressures (at most 5 in each direction); the area of a curved facet is not a
-polynomial."""
+Surfaces = Sequence[str] | Mapping[str, PlaceLike | LoadShape]
+"""What `surfaces=` of a solid takes."""
 
 
-@dataclass(frozen=True, eq=False)
-class FacetIntegrals:
-    """Integrals over a group of facets of a mesh of n nodes.
+def loaded_groups(mesh: Mesh, surfaces: Surfaces) -> tuple[Mesh, dict[str, tuple[str, PlaceField | None]]]:
+    """Return the mesh with groups for new surfaces, and of each surface its group and by what its load varies.
 
-    Attributes
-    ----------
-    shares : ndarray, shape (n,)
-        int N_i dA in m2.
-    pressure : ndarray, shape (n, 3)
-        -int N_i n dA in m2, n the outward normal.
-    change : PressureChange
-        Change of the forces of a unit pressure with the displacements of the nodes.
-    nodes : ndarray, shape (n, 3)
-        Coordinates, m.
+    Raises
+    ------
+    ModelError, MeshError
+        As `check_surfaces`; if no facet lies in a place.
     """
-
-    shares: np.ndarray
-    pressure: np.ndarray
-    change: PressureChange
-    nodes: np.ndarray
-
-    def in_order(self, order: np.ndarray, components: tuple[str, ...]) -> NodalPattern:
-        """Return the pattern of loads over nodes in another order, given the present number of each, (n,)."""
-        width = len(components)
-        dofs = (width * order[:, None] + np.arange(width)).ravel()
-        change = replace(self.change, motion=self.change.motion[:, dofs])
-        of_nodes = (self.nodes[order], components, self.shares[order], self.pressure[order])
-        return NodalPattern.of_nodes(*of_nodes, pressure_change=change)
+    if not isinstance(surfaces, Mapping):
+        check_surfaces(mesh, surfaces)
+        return mesh, {name: (name, None) for name in surfaces}
+    loaded: dict[str, tuple[str, PlaceField | None]] = {}
+    places: dict[str, PlaceLike] = {}
+    for name, what in surfaces.items():
+        of: Any = what.of if isinstance(what, LoadShape) else what
+        over = what.field(name) if isinstance(what, LoadShape) else None
+        if over is None or not isinstance(of, str):
+            places[name] = of
+        loaded[name] = (name if name in places else of, over)
+    mesh = mesh.with_groups(places)
+    check_surfaces(mesh, list(dict.fromkeys(group for group, _ in loaded.values())))
+    return mesh, loaded
 
 
 def check_surfaces(mesh: Mesh, names: Sequence[str]) -> None:
@@ -85,8 +79,8 @@ def check_surfaces(mesh: Mesh, names: Sequence[str]) -> None:
             _outward_signs(mesh, name, block)
 
 
-def facet_integrals(mesh: Mesh, name: str, thickness: float = 1.0) -> FacetIntegrals:
-    """Return the integrals over a checked group of facets.
+def loaded_face(mesh: Mesh, name: str, thickness: float = 1.0) -> LoadedFace:
+    """Return a checked group of facets as a face that carries loads.
 
     Parameters
     ----------
@@ -97,27 +91,11 @@ def facet_integrals(mesh: Mesh, name: str, thickness: float = 1.0) -> FacetInteg
     thickness : float
         Thickness of a plane body, whose facets are lines, in m.
     """
-    shares, pressure, deforming = np.zeros(len(mesh.nodes)), np.zeros((len(mesh.nodes), 3)), []
-    for block in mesh.facets[name]:
-        signs = thickness * _outward_signs(mesh, name, block)
-        element, x = shape(block.kind), mesh.nodes[block.nodes]
-        points, weights = quadrature(block.kind, DEGREE)
-        for value, gradient, weight in zip(element.values(points), element.gradients(points), weights, strict=True):
-            normal = weight * _normals(np.einsum("mnx,na->mxa", x, gradient))
-            area = thickness * np.linalg.norm(normal, axis=1)
-            np.add.at(shares, block.nodes, area[:, None] * value)
-            np.add.at(pressure, block.nodes, -(signs[:, None] * normal)[:, None, :] * value[:, None])
-        deforming.append(PushedFace(block.kind, block.nodes, x, -signs))
-    change = pressure_change(deforming, len(mesh.nodes), mesh.dimension)
-    return FacetIntegrals(shares, pressure, change, mesh.nodes)
-
-
-def _normals(tangents: np.ndarray) -> np.ndarray:
-    """Return the normal of each facet, with the length of the facet's measure, from tangents (m, 3, d - 1)."""
-    if tangents.shape[2] == 1:
-        t = tangents[:, :, 0]
-        return np.column_stack((t[:, 1], -t[:, 0], np.zeros(len(t))))
-    return np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    blocks = [
+        FacetBlock(block.kind, block.nodes, mesh.nodes[block.nodes], -thickness * _outward_signs(mesh, name, block))
+        for block in mesh.facets[name]
+    ]
+    return LoadedFace(tuple(blocks), len(mesh.nodes), mesh.dimension)
 
 
 def _refuse_doubles(mesh: Mesh, name: str) -> None:

@@ -15,6 +15,7 @@ from kanefe.bodies.segmented import CUT
 from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.fe_model.interface import Interface, as_interface
 from kanefe.fe_model.model import Cells, FiniteElementModel, NodeGroup
+from kanefe.fe_model.place_field import LoadShape
 from kanefe.fe_model.shapes import shape
 from kanefe.fe_model.skin import skin, with_places
 from kanefe_fem.materials.damping import losses_of
@@ -165,6 +166,8 @@ class SolidWhole:
         mesh = mesh.with_order(keywords.get("order", 2))
         surfaces = keywords.get("surfaces", ())
         if isinstance(surfaces, Mapping):
+            if any(isinstance(what, LoadShape) for what in surfaces.values()):
+                raise ModelError("a body that is cut takes no LoadShape. Remedy: over= of add_pressure or add_traction")
             mesh, surfaces = mesh.with_groups(surfaces), list(surfaces)
         self.interfaces = {}
         check_interfaces(mesh, interfaces)

@@ -15,18 +15,16 @@ import numpy as np
 from kanefe.arguments import checked
 from kanefe.errors import ModelError
 from kanefe.fe_model.cut_facets import tell_cut
-from kanefe.fe_model.load_pattern import NodalPattern
+from kanefe.fe_model.load_pattern import NodalPattern, PatternKind
+from kanefe.fe_model.loaded_face import FacetBlock, LoadedFace
 from kanefe.fe_model.model import COMPONENTS
+from kanefe.fe_model.place_field import LoadShape, PlaceField
 from kanefe.fe_model.places import Place, PlaceLike, contained
-from kanefe.fe_model.pressure_change import PushedFace, pressure_change
-from kanefe.fe_model.shapes import quadrature, shape
+from kanefe.fe_model.shapes import shape
 from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.shells.directors import Directors
 from kanefe_fem.shells.of_groups import ShellGroup
 from kanefe_fem.shells.stack import BlockOfGroup
-
-DEGREE = 8
-"""Degree of quadrature: exact for pressures on curved cells of second order."""
 
 SIDES = {"top": 1.0, "middle": 0.5, "bottom": 0.0}
 """Heights of the sides, as fractions of the thickness."""
@@ -59,10 +57,18 @@ class ShellFace:
     of: str | PlaceLike | None = None
 
 
-Surfaces = Sequence[str] | Mapping[str, str | PlaceLike | ShellFace]
+Surfaces = Sequence[str] | Mapping[str, str | PlaceLike | ShellFace | LoadShape]
 
 
-def checked_surfaces(mesh: Mesh, surfaces: Any) -> dict[str, ShellFace | str]:
+@dataclass(frozen=True)
+class Loaded:
+    """What carries a load: a face or a group of lines, and by what the load varies."""
+
+    what: ShellFace | str
+    over: PlaceField | None = None
+
+
+def checked_surfaces(mesh: Mesh, surfaces: Any) -> dict[str, Loaded]:
     """Return the faces and the groups of lines that are asked for, by name.
 
     Raises
@@ -74,10 +80,13 @@ def checked_surfaces(mesh: Mesh, surfaces: Any) -> dict[str, ShellFace | str]:
         raise ModelError(f"surfaces={surfaces!r} of a shell. Remedy: a list of names, or a dict of names to ShellFace")
     given = surfaces if isinstance(surfaces, Mapping) else {name: name for name in surfaces}
     known, lines = sorted(set(mesh.cells) - {""}), sorted(set(mesh.facets) - {""})
-    found: dict[str, ShellFace | str] = {}
+    found: dict[str, Loaded] = {}
     for name, what in given.items():
+        over = None
+        if isinstance(what, LoadShape):
+            what, over = what.of, what.field(name)
         if isinstance(what, str) and what in mesh.facets and what not in mesh.cells:
-            found[name] = what
+            found[name] = Loaded(what, over)
             continue
         face = what if isinstance(what, ShellFace) else ShellFace(of=what)
         of_place = isinstance(face.of, Place) or callable(face.of) or face.of is None
@@ -87,31 +96,33 @@ def checked_surfaces(mesh: Mesh, surfaces: Any) -> dict[str, ShellFace | str]:
                 f"{', '.join(known) or 'none'}; of lines, for loads per length: {', '.join(lines) or 'none'}. Remedy: "
                 "one of them, or ShellFace('top', of=...)"
             )
-        found[name] = face
+        found[name] = Loaded(face, over)
     return found
 
 
 def shell_patterns(
     mesh: Mesh,
-    surfaces: Mapping[str, ShellFace | str],
+    surfaces: Mapping[str, Loaded],
     groups: Mapping[str, ShellGroup],
     blocks: Sequence[BlockOfGroup],
     found: Directors,
 ) -> dict[str, NodalPattern]:
     """Return the patterns of loads of checked faces and lines."""
-    return {
-        name: _of_line(mesh, what) if isinstance(what, str) else _of_face(mesh, name, what, groups, blocks, found)
-        for name, what in surfaces.items()
-    }
+    patterns = {}
+    for name, loaded in surfaces.items():
+        kind: PatternKind = "line" if isinstance(loaded.what, str) else "surface"
+        if isinstance(loaded.what, str):
+            own = _of_line(mesh, loaded.what)
+        else:
+            own = _of_face(mesh, name, loaded.what, groups, blocks, found)
+        face = LoadedFace(tuple(own), len(mesh.nodes), len(COMPONENTS))
+        patterns[name] = NodalPattern.of_face(face, loaded.over, kind)
+    return patterns
 
 
-def _of_line(mesh: Mesh, group: str) -> NodalPattern:
-    nodes, shares = np.asarray(mesh.nodes), np.zeros(len(mesh.nodes))
-    for block in mesh.facets[group]:
-        values, weights, tangents = _at_points(block.kind, nodes[block.nodes])
-        length = np.linalg.norm(tangents[..., 0], axis=2)
-        np.add.at(shares, block.nodes, np.einsum("mp,p,pn->mn", length, weights, values))
-    return NodalPattern.of_nodes(nodes, COMPONENTS, shares, kind="line")
+def _of_line(mesh: Mesh, group: str) -> list[FacetBlock]:
+    blocks = mesh.facets[group]
+    return [FacetBlock(one.kind, one.nodes, mesh.nodes[one.nodes], np.ones(len(one.nodes))) for one in blocks]
 
 
 def _of_face(
@@ -121,34 +132,15 @@ def _of_face(
     groups: Mapping[str, ShellGroup],
     blocks: Sequence[BlockOfGroup],
     found: Directors,
-) -> NodalPattern:
-    nodes, own = np.asarray(mesh.nodes), list(groups.values())
-    first, traction, area = np.zeros(3), np.zeros((len(nodes), 6, 3)), 0.0
-    pushed, along = [], 1.0 if face.side == "bottom" else -1.0
+) -> list[FacetBlock]:
+    own, made, along = list(groups.values()), [], 1.0 if face.side == "bottom" else -1.0
     for block, chosen in zip(blocks, _chosen(mesh, name, face, list(groups), blocks), strict=True):
         layers = own[block.group].section.layers
         height = layers[0].bottom + SIDES[face.side] * (layers[-1].top - layers[0].bottom)
         table = block.cells.nodes[chosen]
         arm = height * block.thickness[chosen][..., None] * found.normal[block.sides[chosen]]
-        places = nodes[table] + arm
-        values, weights, tangents = _at_points(block.cells.kind, places)
-        stretch = np.linalg.norm(np.cross(tangents[..., 0], tangents[..., 1]), axis=2)
-        shares = np.einsum("mp,p,pn->mn", stretch, weights, values)
-        forces = shares[..., None, None] * np.eye(3)
-        np.add.at(traction, table, np.concatenate((forces, np.cross(arm[..., None], forces, axis=2)), axis=2))
-        area, first = area + shares.sum(), first + np.einsum("mn,mni->i", shares, places)
-        pushed.append(PushedFace(block.cells.kind, table, places, np.full(len(table), along), arm))
-    change = pressure_change(pushed, len(nodes), len(COMPONENTS))
-    return NodalPattern(
-        kind="surface",
-        measure=float(area),
-        first=first,
-        traction=traction.reshape(-1, 3),
-        pressure=change.on_components,
-        pressure_force=change.forces.sum(axis=0),
-        pressure_moment=np.cross(change.points, change.forces).sum(axis=0),
-        pressure_change=change,
-    )
+        made.append(FacetBlock(block.cells.kind, table, mesh.nodes[table] + arm, np.full(len(table), along), arm))
+    return made
 
 
 def _chosen(
@@ -171,10 +163,3 @@ def _chosen(
     if place is not None:
         tell_cut(np.asarray(mesh.nodes), [block.cells for block in blocks], inside, place, label)
     return chosen
-
-
-def _at_points(kind: str, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return shape functions at the points of the quadrature, weights, and tangents (m, p, 3, d)."""
-    points, weights = quadrature(kind, DEGREE)
-    element = shape(kind)
-    return element.values(points), weights, np.einsum("pna,mni->mpia", element.gradients(points), x)

@@ -14,8 +14,8 @@ import scipy.sparse as sp
 
 from kanefe.arguments import checked
 from kanefe.errors import MeshError, ModelError, outside
+from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import TRANSLATIONS, Cells, FiniteElementModel, MassField
-from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.progress import report_size, stage
 from kanefe.fe_model.source import with_source
 from kanefe_fem import _fenicsx
@@ -37,7 +37,7 @@ from kanefe_fem.mesh.checks import (
 )
 from kanefe_fem.mesh.groups import check_interfaces, node_groups
 from kanefe_fem.mesh.mesh import Mesh, to_order
-from kanefe_fem.mesh.surfaces import check_surfaces, facet_integrals
+from kanefe_fem.mesh.surfaces import Surfaces, loaded_face, loaded_groups
 from kanefe_fem.mesh_files import read_to_assemble
 from kanefe_fem.processes.team import Team
 from kanefe_fem.solids import on_processes
@@ -71,7 +71,7 @@ class SolidKeywords(Additions, total=False):
     order: int
     plane: Plane | None
     thickness: float | None
-    surfaces: Sequence[str] | Mapping[str, PlaceLike]
+    surfaces: Surfaces
     cells: str | Sequence[str] | None
     densities: Mapping[str, float] | None
 
@@ -83,7 +83,7 @@ def solid_model(
     order: int = 2,
     plane: Plane | None = None,
     thickness: float | None = None,
-    surfaces: Sequence[str] | Mapping[str, PlaceLike] = (),
+    surfaces: Surfaces = (),
     *,
     cells: str | Sequence[str] | None = None,
     densities: Mapping[str, float] | None = None,
@@ -106,9 +106,9 @@ def solid_model(
         For 2D meshes only.
     thickness : float, optional
         Thickness of a 2D body in m, where it is required.
-    surfaces : sequence of str, or dict of str to Near, OnPlane, InBox, InCylinder or function
+    surfaces : sequence of str, or dict of str to Near, OnPlane, InBox, InCylinder, function or LoadShape
         Groups of outer facets that can carry tractions and pressures (lines of a 2D mesh, as faces with the thickness
-        of the body); or new ones, by their places.
+        of the body); or new ones, by their places; or loads that vary by place on one of these (`LoadShape`).
     cells : str or sequence of str, optional
         The groups of cells that form the body, in a mesh with several bodies. Default: all. Facets between two bodies
         are interfaces of both.
@@ -167,7 +167,7 @@ def assembled_model(
     order: int,
     plane: Plane | None,
     thickness: float | None,
-    surfaces: Sequence[str] | Mapping[str, PlaceLike],
+    surfaces: Surfaces,
     *,
     cells: str | Sequence[str] | None,
     densities: Mapping[str, float] | None,
@@ -180,19 +180,15 @@ def assembled_model(
     lumped, preload, forms = more.get("lumped", ()), more.get("preload"), more.get("forms")
     start = time.perf_counter()
     mesh = checked_mesh(mesh, order, cells)
-    if isinstance(surfaces, Mapping):
-        mesh, surfaces = mesh.with_groups(surfaces), list(surfaces)
+    mesh, loaded = loaded_groups(mesh, surfaces)
     by_group = materials_by_group(mesh, materials, order, plane, densities)
     scale = _thickness(mesh, plane, thickness)
-    check_surfaces(mesh, surfaces)
     if preload is not None:
-        check_surfaces(mesh, preload.surfaces)
+        loaded |= loaded_groups(mesh, [name for name in preload.surfaces if name not in loaded])[1]
         check_interfaces(mesh, dict.fromkeys(preload.groups))
-        surfaces = [*dict.fromkeys([*surfaces, *preload.surfaces])]
     check_interfaces(mesh, dict.fromkeys(groups_of(lumped)))
     _warn_of_straight_sides(mesh, order)
     lifted = to_order(mesh, order)
-    integrals = {name: facet_integrals(lifted, name, scale) for name in surfaces}
     of_cells = cell_materials(lifted, by_group, plane, scale, densities)
     warn_of_group_units(lifted, by_group, scale, densities)
     read = time.perf_counter()
@@ -213,7 +209,10 @@ def assembled_model(
         mass_field=field,
         cells=numbered.cell_blocks,
         groups=node_groups(numbered),
-        load_patterns={name: found.in_order(assembly.order_of_nodes, components) for name, found in integrals.items()},
+        load_patterns={
+            name: NodalPattern.of_face(loaded_face(numbered, group, scale), over)
+            for name, (group, over) in loaded.items()
+        },
         elasticity=of_cells.elasticity,
         stress_stiffness=assembly.stress_stiffness,
         **(damping_of_solid(assembly, of_cells, mesh.dimension) if team is None else {}),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,13 +11,15 @@ import pytest
 import kanefe as kf
 from fem_meshes import KINDS, STEEL, box, deformed, shown
 from kanefe.errors import MeshError, ModelError
+from kanefe.fe_model.load_pattern import NodalPattern
 from kanefe.fe_model.model import Cells
+from kanefe.fe_model.pressure_change import PressureChange
 from kanefe.fe_model.shapes import measures
 from kanefe.frames import skew
 from kanefe_fem.materials.isotropic import Material
 from kanefe_fem.mesh.checks import check_mesh
 from kanefe_fem.mesh.mesh import Mesh
-from kanefe_fem.mesh.surfaces import facet_integrals
+from kanefe_fem.mesh.surfaces import loaded_face
 from kanefe_fem.solids.body import solid_body
 from kanefe_fem.solids.model import solid_model
 
@@ -66,13 +69,28 @@ def depth(mesh):
     return SIZE[2] if mesh.dimension == 3 else THICKNESS
 
 
+class Integrals(NamedTuple):
+    """Integrals over a face: int N_i dA (n,), -int N_i n dA (n, 3), and the change of these."""
+
+    shares: np.ndarray
+    pressure: np.ndarray
+    change: PressureChange
+
+
+def integrals(mesh, name, thickness=1.0):
+    pattern = NodalPattern.of_face(loaded_face(mesh, name, thickness))
+    pressure = np.zeros((len(mesh.nodes), 3))
+    pressure[:, : mesh.dimension] = pattern.pressure.reshape(-1, mesh.dimension)
+    return Integrals(pattern.traction[:: mesh.dimension, 0], pressure, pattern.pressure_change)
+
+
 class TestIntegrals:
     @pytest.mark.parametrize("kind", KINDS)
     @pytest.mark.parametrize("geometry_order", [1, 2])
     @pytest.mark.parametrize("order", [1, 2])
     def test_a_closed_surface_has_no_resultant_and_encloses_the_volume(self, kind, geometry_order, order):
         mesh = deformed(skinned(kind).with_order(geometry_order), bent).with_order(order)
-        found = facet_integrals(mesh, "skin")
+        found = integrals(mesh, "skin")
         area = found.shares.sum()
         moment = np.cross(mesh.nodes, found.pressure).sum(axis=0)
         volume = sum(float(measures(b.kind, mesh.nodes[b.nodes], degree=12)[0].sum()) for b in mesh.cell_blocks)
@@ -93,7 +111,7 @@ class TestIntegrals:
 
         def forces(h):
             moved = deformed(mesh, lambda x: x + h * along)
-            pressure = facet_integrals(moved, "top").pressure
+            pressure = integrals(moved, "top").pressure
             moment = np.cross(moved.nodes, pressure).sum(axis=0)
             return np.concatenate((pressure.sum(axis=0), moment, pressure[:, :d].ravel()))
 
@@ -101,13 +119,13 @@ class TestIntegrals:
         rate = (forces(step) - forces(-step)) / (2.0 * step)
         if d == 3:  # the moment is of third degree
             rate = (4.0 * rate - (forces(2.0 * step) - forces(-2.0 * step)) / (4.0 * step)) / 3.0
-        found = facet_integrals(mesh, "top").change.over(np.eye(along[:, :d].size)) @ along[:, :d].ravel()
+        found = integrals(mesh, "top").change.over(np.eye(along[:, :d].size)) @ along[:, :d].ravel()
         np.testing.assert_allclose(found, rate, rtol=0, atol=1e-10 * abs(rate).max())
 
     @pytest.mark.parametrize("kind", KINDS)
     def test_shares_integrate_what_the_elements_interpolate(self, kind):
         mesh = skinned(kind).with_order(2)
-        shares = facet_integrals(mesh, "top", 1.0).shares
+        shares = integrals(mesh, "top", 1.0).shares
         x = mesh.nodes
         a, c = SIZE[0], (SIZE[2] if mesh.dimension == 3 else 1.0)
         assert shares.sum() == pytest.approx(a * c, rel=1e-13)
@@ -123,7 +141,7 @@ class TestIntegrals:
             return np.column_stack((radius * np.cos(angle), radius * np.sin(angle), x[:, 2]))
 
         mesh = skinned("hexahedron", (6, 1, 1)).with_order(order)
-        top = facet_integrals(deformed(mesh, roll), "top")
+        top = integrals(deformed(mesh, roll), "top")
         R, c = 0.2 + SIZE[1], SIZE[2]
         rtol = 2e-2 if order == 1 else 2e-5
         assert top.shares.sum() == pytest.approx(np.pi / 2 * R * c, rel=rtol)
@@ -222,5 +240,5 @@ class TestBadInput:
         mesh = skinned("hexahedron")
         top = mesh.facets["top"][0].nodes
         split = Mesh(mesh.nodes, 3, mesh.cells, {"top": (Cells("quad", top[:2]), Cells("quad", top[2:]))})
-        whole, parts = facet_integrals(mesh, "top"), facet_integrals(split, "top")
+        whole, parts = integrals(mesh, "top"), integrals(split, "top")
         np.testing.assert_allclose(parts.pressure, whole.pressure, rtol=0, atol=1e-18)
