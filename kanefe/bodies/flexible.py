@@ -312,10 +312,7 @@ class FlexibleBody(MadeFromSource, PickledByFields):
 
     @checked("name")
     def load_pattern(self, name: str, over: Over | None = None) -> LoadPattern:
-        """Return the surface or line called `name`, of a load that varies by a shape where `over` is given.
-
-        That is as of `System.add_pressure`; all constants have it as a factor. A ModelError lists the surfaces.
-        """
+        """Return the surface or line called `name`, with the shape `over` of `System.add_pressure` as a factor."""
         for pattern in self.load_patterns:
             if pattern.name == name:
                 return pattern if over is None else pattern.shaped(over, self.nodes, self.basis)

@@ -14,7 +14,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 
 Over = Callable[..., Any] | Any
-"""What `over=` of a load takes: a function of places (n, 3), m, in the mesh frame, or values at the nodes."""
+"""A field, as `over=` of a load takes it: a function of places (n, 3), m, in the mesh frame, or values at the nodes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +36,7 @@ class PlaceField:
     component: int | None = None
 
     def at(self, places: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """Return the field at points (m, p), where shape functions (p, n) have these values.
-
-        Parameters
-        ----------
-        places : ndarray, shape (m, n, 3)
-        nodes : ndarray of int, shape (m, n)
-        values : ndarray, shape (p, n)
+        """Return the field at places (s, p, 3) of facets with nodes (s, n) and shape functions (s, p, n), (s, p).
 
         Raises
         ------
@@ -50,12 +44,10 @@ class PlaceField:
             If the field gives another shape, or what is not a finite number; the message names the place.
         """
         if not callable(self.given):
-            return np.einsum("pn,mn->mp", values, self._part(self.given)[nodes])
-        points = np.einsum("pn,mni->mpi", values, places)
-        shape = points.shape[:2]
-        if not points.size:
-            return np.zeros(shape)
-        return self._part(asked(self.given, points.reshape(-1, 3), self.label)).reshape(shape)
+            return np.asarray((values @ self._part(self.given)[nodes][..., None])[..., 0])
+        if not places.size:
+            return np.zeros(places.shape[:2])
+        return self._part(asked(self.given, places.reshape(-1, 3), self.label)).reshape(places.shape[:2])
 
     def _part(self, values: np.ndarray) -> np.ndarray:
         return values if self.component is None else values[:, self.component]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
 
 HELD = 0.05
-"""Share of the static deformation (root of the strain energy) in the upper third of the modes from which it is told."""
+"""Deformation in the upper third of the modes, relative to all of it by the root of the energy, from which it is told."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,9 @@ import numpy as np
 
 from kanefe.errors import ModelError
 from kanefe.fe_model.load_pattern import LoadPattern
-from kanefe.fe_model.loaded_face import LoadedFace, at_points, divided_rule, measure_of, normals
+from kanefe.fe_model.loaded_face import DEGREE, LoadedFace, at_points, measure_of, normals
 from kanefe.fe_model.place_field import asked
+from kanefe.fe_model.shapes import quadrature
 from kanefe.frames import Matrix, Vector
 from kanefe.loads.functions import SceneView
 
@@ -126,7 +127,7 @@ def quadrature_of(face: LoadedFace, basis: Matrix) -> dict[str, np.ndarray]:
     moved = np.asarray(face.motion @ basis).reshape(-1, 3, basis.shape[1])
     parts, begun = [], 0
     for block in face.blocks:
-        points, weights = divided_rule(block.kind, 0)
+        points, weights = quadrature(block.kind, DEGREE)
         values, _, places, tangents = at_points(block, points)
         m, n = block.nodes.shape
         own = np.einsum("pn,mnik->mpik", values, moved[begun : begun + m * n].reshape(m, n, 3, -1))

@@ -9,7 +9,6 @@ import numpy as np
 
 from kanefe.arguments import checked, told
 from kanefe.errors import ModelError
-from kanefe.fe_model.place_field import Over, checked_field, takes_time
 from kanefe.frames import numbers
 from kanefe.loads.functions import Constant, callback, multiplied
 from kanefe.scene.readings import with_reads
@@ -18,6 +17,7 @@ from kanefe.scene.segments import SegmentedMember
 
 if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
+    from kanefe.fe_model.place_field import Over
     from kanefe.loads.by_place import ByPlace
 
 VectorLoad = Callable[..., Any] | Sequence[float]
@@ -255,6 +255,8 @@ def _of_segment(member: SegmentedMember, part: FlexibleMember, over: Over | None
     """Return by what a load on a segment varies, given that of the whole."""
     if over is None:
         return None
+    from kanefe.fe_model.place_field import checked_field, takes_time
+
     segment = member.body.segments[member.members.index(part)]
     if not callable(over):
         return np.asarray(checked_field(over, member.body.nodes, label)[0])[segment.nodes]

@@ -21,7 +21,7 @@ from kanefe.fe_model.shapes import FACES, corner_kind, row_numbers, shape
 from kanefe_fem.mesh.mesh import Mesh
 
 Surfaces = Sequence[str] | Mapping[str, PlaceLike | LoadShape]
-"""What `surfaces=` of a solid takes."""
+"""Surfaces, as `surfaces=` of a solid takes them."""
 
 
 def loaded_groups(mesh: Mesh, surfaces: Surfaces) -> tuple[Mesh, dict[str, tuple[str, PlaceField | None]]]:
