@@ -120,32 +120,10 @@ class MappedField:
         values = value * (table[:, 3] if table.shape[1] == 4 else table[:, 3:])
         return cls(length * table[:, :3], values, reach=reach)
 
-    def at(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return points (P, k) of which the values at places (P, 3) are made, and their weights (P, k)."""
-        tree = scipy.spatial.cKDTree(self.points)
-        k = min(NEAREST, len(self.points))
-        distance, near = (x.reshape(len(places), -1) for x in tree.query(places, k=k))
-        reach = self.reach
-        if reach is None and len(self.points) > 1:
-            reach = REACH * float(np.median(tree.query(self.points, k=2)[0][:, 1]))
-        if reach is not None and (distance[:, 0] > reach).any():
-            worst = int(distance[:, 0].argmax())
-            at = ", ".join(f"{x:.6g}" for x in places[worst])
-            raise ModelError(
-                f"the place ({at}) m is {distance[worst, 0]:.3g} m from the nearest point of a MappedField, which "
-                f"reaches {reach:.3g} m. Remedy: points there, reach=, or points in m in the frame of the mesh "
-                "(MappedField.read(..., length=1e-3) of a table in mm)"
-            )
-        away = self.points[near] - places[:, None]
-        centred = away - away.mean(axis=1, keepdims=True)
-        share = np.maximum(distance, ON_POINT * np.abs(self.points).max() or 1.0) ** -2.0
-        share /= share.sum(axis=1, keepdims=True)
-        slopes = np.linalg.pinv(centred, rcond=FLAT)  # (P, 3, k): the gradient from values
-        return near, share - np.einsum("pk,pki,pij->pj", share, away, slopes)
-
+    @checked
     def __call__(self, places: np.ndarray) -> np.ndarray:
         """Return the field at places (P, 3) in m."""
-        near, weights = self.at(places)
+        near, weights = weights_at(self, places)
         return np.asarray(np.einsum("pk,pk...->p...", weights, self.values[near]))
 
 
@@ -194,16 +172,43 @@ class MappedHistory:
         object.__setattr__(self, "times", times)
         object.__setattr__(self, "values", values)
 
+    @checked
     def __call__(self, places: np.ndarray, t: float) -> np.ndarray:
         """Return the field at places (P, 3) in m and a time in s."""
         known = _WEIGHTS.get(self)
         if known is None or not np.array_equal(known[0], places):
-            known = _WEIGHTS[self] = (places, *MappedField(self.points, self.values[0], self.reach).at(places))
+            known = _WEIGHTS[self] = (places, *weights_at(MappedField(self.points, self.values[0], self.reach), places))
         _, near, weights = known
         after = int(np.clip(np.searchsorted(self.times, t), 1, len(self.times) - 1))
         share = np.clip((t - self.times[after - 1]) / (self.times[after] - self.times[after - 1]), 0.0, 1.0)
         values = (1.0 - share) * self.values[after - 1] + share * self.values[after]
         return np.asarray(np.einsum("pk,pk...->p...", weights, values[near]))
+
+
+def weights_at(field: MappedField, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return points (P, k) of which the values at places (P, 3) are made, and their weights (P, k)."""
+    if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+        raise ModelError(f"places of a field must be finite, of shape (P, 3) in m, not of shape {places.shape}")
+    tree = scipy.spatial.cKDTree(field.points)
+    k = min(NEAREST, len(field.points))
+    distance, near = (x.reshape(len(places), -1) for x in tree.query(places, k=k))
+    reach = field.reach
+    if reach is None and len(field.points) > 1:
+        reach = REACH * float(np.median(tree.query(field.points, k=2)[0][:, 1]))
+    if reach is not None and (distance[:, 0] > reach).any():
+        worst = int(distance[:, 0].argmax())
+        at = ", ".join(f"{x:.6g}" for x in places[worst])
+        raise ModelError(
+            f"the place ({at}) m is {distance[worst, 0]:.3g} m from the nearest point of a MappedField, which "
+            f"reaches {reach:.3g} m. Remedy: points there, reach=, or points in m in the frame of the mesh "
+            "(MappedField.read(..., length=1e-3) of a table in mm)"
+        )
+    away = field.points[near] - places[:, None]
+    centred = away - away.mean(axis=1, keepdims=True)
+    share = np.maximum(distance, ON_POINT * np.abs(field.points).max() or 1.0) ** -2.0
+    share /= share.sum(axis=1, keepdims=True)
+    slopes = np.linalg.pinv(centred, rcond=FLAT)  # (P, 3, k): the gradient from values
+    return near, share - np.einsum("pk,pki,pij->pj", share, away, slopes)
 
 
 _WEIGHTS: WeakKeyDictionary[MappedHistory, tuple[np.ndarray, np.ndarray, np.ndarray]] = WeakKeyDictionary()

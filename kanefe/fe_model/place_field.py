@@ -148,6 +148,7 @@ class LoadShape:
                 "over= of add_pressure and add_traction"
             )
 
-    def field(self, name: str) -> PlaceField:
-        """Return the field of the surface called `name`."""
-        return PlaceField(self.over, f"the surface {name!r}")
+
+def field_of(shape: LoadShape, name: str) -> PlaceField:
+    """Return the field of the surface called `name`."""
+    return PlaceField(shape.over, f"the surface {name!r}")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kanefe.fe_model.load_pattern import LoadPattern
 
 HELD = 0.05
-"""Deformation in the upper third of the modes, relative to all of it by the root of the energy, from which it is told."""
+"""Deformation in the upper third of the modes, relative to all (root of the energy), from which it is told."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -25,7 +25,8 @@ RUN_IN_STEPS = """
     action advance anchor anchored anchors arms at axes_at basis bearing blown carrier changed check check_at
     check_during check_known check_over cloud coefficient coefficients completed contains coordinate_rates
     curvature damping_at dissipation distance factor fibres_of fitted force forces harmonics headings held
-    input_wrenches inputs large_stretch law mass_of moved_by of_error of_nodes over own partial_velocities path pose
+    input_wrenches inputs large_stretch law mass_of moved_by of_error of_face of_nodes over own partial_velocities path
+    pose
     potential pressed probes projected pull rates ratio_at remainders rested resting sampled slipping slope
     slopes started state_scales status stiffness_at stiffness_of stuck table tangent tell tension value values
     wanted with_damping with_ends with_numbers

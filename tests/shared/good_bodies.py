@@ -26,6 +26,14 @@ call("kanefe.BSpline", kf.BSpline, degree=2, knots=3)
 call("kanefe.InBox", kf.InBox, low=(0, 0, 0), high=(1, 1, 1))
 call("kanefe.InCylinder", kf.InCylinder, start=(0, 0, 0), end=(1, 0, 0), radius=1.0, inner_radius=0.5)
 call("kanefe.Near", kf.Near, point=(0, 0, 0), distance=1.0)
+ON_SURFACE = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], float)
+call("kanefe.LoadShape", kf.LoadShape, of="top", over=lambda x: 1.0 + x[:, 0])
+call("kanefe.MappedField", kf.MappedField, points=ON_SURFACE, values=(1, 2, 3), reach=1.0)
+on("kanefe.MappedField.__call__", lambda: kf.MappedField(ON_SURFACE, (1, 2, 3)), places=ON_SURFACE)
+HISTORY = {"points": ON_SURFACE, "times": (0, 1), "values": ((1, 2, 3), (3, 2, 1)), "reach": 1.0}
+call("kanefe.MappedHistory", kf.MappedHistory, **HISTORY)
+on("kanefe.MappedHistory.__call__", lambda: kf.MappedHistory(**HISTORY), places=ON_SURFACE, t=0.5)
+files("kanefe.MappedField.read", kf.MappedField.read, path="map.csv", length=1.0, value=1.0, reach=1.0)
 call("kanefe.OnPlane", kf.OnPlane, point=(0, 0, 0), normal=(0, 0, 1), distance=0.1)
 call(
     "kanefe.Interface",

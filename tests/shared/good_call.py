@@ -51,6 +51,7 @@ WRITERS: dict[str, Callable[[Path], object]] = {
     "robot.xml": lambda path: path.write_text(MJCF),
     "mass.mtx": lambda path: scipy.io.mmwrite(path, steel_beam(2).mass),
     "stiffness.mtx": lambda path: scipy.io.mmwrite(path, steel_beam(2).stiffness),
+    "map.csv": lambda path: path.write_text("0, 0, 0, 1\n1, 0, 0, 2\n0, 1, 0, 3\n"),
     "seas.csv": lambda path: path.write_text(EXAMPLE_RAO.read_text()),
 }
 """Of files, by their names."""

@@ -15,7 +15,7 @@ import scipy.sparse as sp
 from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.loaded_face import FacetBlock, LoadedFace
 from kanefe.fe_model.model import Cells
-from kanefe.fe_model.place_field import LoadShape, PlaceField
+from kanefe.fe_model.place_field import LoadShape, PlaceField, field_of
 from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.shapes import FACES, corner_kind, row_numbers, shape
 from kanefe_fem.mesh.mesh import Mesh
@@ -39,7 +39,7 @@ def loaded_groups(mesh: Mesh, surfaces: Surfaces) -> tuple[Mesh, dict[str, tuple
     places: dict[str, PlaceLike] = {}
     for name, what in surfaces.items():
         of: Any = what.of if isinstance(what, LoadShape) else what
-        over = what.field(name) if isinstance(what, LoadShape) else None
+        over = field_of(what, name) if isinstance(what, LoadShape) else None
         if over is None or not isinstance(of, str):
             places[name] = of
         loaded[name] = (name if name in places else of, over)

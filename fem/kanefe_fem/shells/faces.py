@@ -18,7 +18,7 @@ from kanefe.fe_model.cut_facets import tell_cut
 from kanefe.fe_model.load_pattern import NodalPattern, PatternKind
 from kanefe.fe_model.loaded_face import FacetBlock, LoadedFace
 from kanefe.fe_model.model import COMPONENTS
-from kanefe.fe_model.place_field import LoadShape, PlaceField
+from kanefe.fe_model.place_field import LoadShape, PlaceField, field_of
 from kanefe.fe_model.places import Place, PlaceLike, contained
 from kanefe.fe_model.shapes import shape
 from kanefe_fem.mesh.mesh import Mesh
@@ -84,7 +84,7 @@ def checked_surfaces(mesh: Mesh, surfaces: Any) -> dict[str, Loaded]:
     for name, what in given.items():
         over = None
         if isinstance(what, LoadShape):
-            what, over = what.of, what.field(name)
+            what, over = what.of, field_of(what, name)
         if isinstance(what, str) and what in mesh.facets and what not in mesh.cells:
             found[name] = Loaded(what, over)
             continue

@@ -7,14 +7,14 @@ import pytest
 
 import kanefe as kf
 from kanefe.errors import ModelError
-from kanefe.fe_model.shapes import quadrature, shape
-from kanefe.frames import euler_parameters_from_rotation_vector, rotation_matrix, skews
+from kanefe.frames import skews
 from kanefe.kane.assemble import accelerations
 from kanefe.kane.energy import load_power
 from kanefe.states.state import State
 from kanefe.tree.stiffening_check import StiffeningWarning
 from kanefe_fem import Material, ShellFace, shell_body, shell_model, surface_mesh
 from kanefe_fem.mesh.surface_grid import joined_surfaces
+from kanefe_fem.verification.loaded_shells import exact_forces
 from kanefe_fem.verification.stiffened_shells import tube_under_pressure
 from order_n_rates import order_n
 from shell_meshes import grid
@@ -23,33 +23,6 @@ pytestmark = pytest.mark.fenicsx
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 SIDES = {name: ShellFace(name) for name in ("top", "middle", "bottom")}
-
-
-def exact_forces(model, side, q):
-    """Return resultant, moment and forces on the nodes of a unit pressure on a face that finite turns have moved."""
-    stack, moved = model.elasticity.shell, q.reshape(-1, 6)
-    places = stack.places
-    ends = stack.heights_of(places.section) * places.thickness[:, None]
-    height = {"bottom": ends[:, 0], "top": ends[:, 1], "middle": ends.mean(axis=1)}[side]
-    turns = np.array([rotation_matrix(euler_parameters_from_rotation_vector(theta)) for theta in moved[:, 3:]])
-    arms = np.einsum("pij,pj->pi", turns[places.node], height[:, None] * places.director)
-    points = (model.nodes + moved[:, :3])[places.node] + arms
-    forces, first = np.zeros_like(points), 0
-    for block in model.cells:
-        at = places.of_corners[first : first + block.nodes.size].reshape(block.nodes.shape)
-        first += block.nodes.size
-        place, weights = quadrature(block.kind, 8)
-        tangents = np.einsum("pna,mni->mpia", shape(block.kind).gradients(place), points[at])
-        normal = np.cross(tangents[..., 0], tangents[..., 1]) * (1.0 if side == "bottom" else -1.0)
-        np.add.at(forces, at, np.einsum("mpi,p,pn->mni", normal, weights, shape(block.kind).values(place)))
-    theta = moved[places.node, 3:]
-    size = np.maximum(np.linalg.norm(theta, axis=1), 1e-8)[:, None, None]
-    S = skews(theta)
-    rates = np.eye(3) + (1.0 - np.cos(size)) / size**2 * S + (size - np.sin(size)) / size**3 * S @ S
-    found = np.zeros_like(moved)
-    np.add.at(found[:, :3], places.node, forces)
-    np.add.at(found[:, 3:], places.node, np.einsum("pji,pj->pi", rates, np.cross(arms, forces)))
-    return np.concatenate((forces.sum(axis=0), np.cross(points, forces).sum(axis=0), found.ravel()))
 
 
 def change_of(pattern):

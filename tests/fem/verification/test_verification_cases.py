@@ -13,7 +13,7 @@ LONG = {
     *("B02a", "B07", "B08a", "B13", "D01", "D04b", "G01", "G05", "G07", "G10", "G11", "G12", "G15"),
     *("SR1", "SR3", "SR4", "SR5", "SR6"),
     *("SH1", "SH2", "SH3", "SH4", "SH6", "SH7", "SH8", "SH9", "SH10", "SH11", "SH12", "SH13"),
-    *("SH15", "SH16", "SH20", "SH23", "SH24", "SH25"),
+    *("SH15", "SH16", "SH17", "SH18", "SH19", "SH20", "SH23", "SH24", "SH25", "SH26", "SH27", "SH28"),
     *("X2", "X3"),
 }
 """Cases of 1 to 10 s each, which `kanefe verify` runs; cases of each kind are left: of exact and segmented beams in
