@@ -90,11 +90,14 @@ class ByPlace:
             pattern = self._shaped(None)
             self._tell_of_statics(pattern.shape_first)
             return [FieldLoad(self.label, function, pattern, False, follows, takes_state)]
-        made = []
+        made, shares = [], np.zeros(self.body.count)
         for axis, unit in enumerate(np.eye(3)):
             along = Constant(function.value * unit) if isinstance(function, Constant) else Along(function, unit)
-            made.append(FieldLoad(self.label, along, self._shaped(axis), False, follows, takes_state))
-        self._tell_of_statics(np.sum([one.pattern.shape_first[i] for i, one in enumerate(made)], axis=0)[None])
+            pattern = self._shaped(axis)
+            shares += pattern.shape_first[axis]
+            if pattern.shape_first.any() or pattern.first.any():  # else there is no such component
+                made.append(FieldLoad(self.label, along, pattern, False, follows, takes_state))
+        self._tell_of_statics(shares[None])
         return made
 
     @property
