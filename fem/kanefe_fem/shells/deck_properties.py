@@ -31,7 +31,7 @@ from kanefe_fem.mesh.mesh import Mesh
 from kanefe_fem.mesh.nastran_deck import read_nastran_mesh
 from kanefe_fem.mesh_files import NASTRAN
 from kanefe_fem.shells.deck_axes import axes_of_elements, oriented_by
-from kanefe_fem.shells.deck_thickness import ThicknessOfNodes, thickness_of_corners
+from kanefe_fem.shells.deck_thickness import ThicknessOfNodes, thickness_of_corners, thickness_of_nodes
 from kanefe_fem.shells.of_groups import Thickness
 from kanefe_fem.shells.orientation import consistent
 
@@ -65,7 +65,8 @@ def shell_properties(
     ----------
     path : str or Path
         Deck of Nastran (PSHELL, PCOMP with MAT1, MAT8; ZOFFS, Z0) or of Abaqus and CalculiX (``*SHELL SECTION``, also
-        COMPOSITE, with OFFSET; ``*ELASTIC`` of type ISOTROPIC, LAMINA or ENGINEERING CONSTANTS), in m, kg, s.
+        COMPOSITE, with OFFSET, or with NODAL THICKNESS; ``*ELASTIC`` of type ISOTROPIC, LAMINA or ENGINEERING
+        CONSTANTS), in m, kg, s.
     names : dict of int to str, optional
         Names of properties of Nastran, as for `kanefe_fem.read_mesh`.
     trusted : bool
@@ -232,15 +233,21 @@ def _of_abaqus(path: Path, trusted: bool) -> dict[str, _Shell]:
     for block in blocks:
         if block.name != "SHELLSECTION":
             continue
-        for option in ("NODALTHICKNESS", "SHELLTHICKNESS", "STACKDIRECTION"):
-            if option in {name.replace(" ", "") for name in block.options}:
+        options = {name.replace(" ", "") for name in block.options}
+        for option in ("SHELLTHICKNESS", "STACKDIRECTION"):
+            if option in options:
                 raise block.refused(f"has {option}, which is not read. Remedy: thickness= as a function of places")
         material, thickness = _stack(block, materials)
         if block.options.get("ORIENTATION") and not isinstance(material, Material):
             material = oriented_by(block, blocks, material, thickness)
+        varies: Any = thickness
+        if "NODALTHICKNESS" in options:
+            if isinstance(material, Laminate | Oriented):
+                raise block.refused("has NODAL THICKNESS of plies, which is not read. Remedy: plies, or one material")
+            varies = thickness_of_nodes(block, blocks)
         given = block.options.get("OFFSET", "").strip().upper()
         above = OFFSETS[given] if given in OFFSETS else block.number(given, block.at)
-        found[block.option("ELSET").strip("\"'")] = _Shell(material, thickness, -above if above else 0.0)
+        found[block.option("ELSET").strip("\"'")] = _Shell(material, varies, -above if above else 0.0)
     return found
 
 

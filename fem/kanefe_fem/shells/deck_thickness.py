@@ -1,4 +1,4 @@
-"""Thickness of shells at the corners of their elements, as decks of Nastran give it (T1 to T4)."""
+"""Thickness of shells that varies, in decks: at corners of elements (T1 to T4 of Nastran), or at nodes (Abaqus)."""
 
 from __future__ import annotations
 
@@ -8,6 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
+from kanefe.fe_model.shapes import shape
+from kanefe.imports.abaqus_elements import OTHER
+from kanefe.imports.abaqus_input import Keyword
+from kanefe.imports.abaqus_members import element_rows, node_rows
+from kanefe.imports.abaqus_parts import DeckPart, parts_of
+from kanefe.imports.abaqus_sets import NamedSet, SetPiece
 from kanefe.imports.card import Card
 from kanefe.imports.grid_points import GridPoints
 from kanefe.imports.node_table import rows_of
@@ -76,3 +82,83 @@ def thickness_of_corners(
         points += [x, (x + np.roll(x, -1, axis=0)) / 2.0, x.mean(axis=0)[None]]
         values += [t, (t + np.roll(t, -1)) / 2.0, t.mean()[None]]
     return ThicknessOfNodes(np.concatenate(points), np.concatenate(values))
+
+
+def thickness_of_nodes(section: Keyword, blocks: Sequence[Keyword]) -> ThicknessOfNodes:
+    """Return the thickness of the elements of a section of Abaqus by its NODAL THICKNESS, m.
+
+    Parameters
+    ----------
+    section : Keyword
+        A ``*SHELL SECTION`` with NODAL THICKNESS.
+    blocks : sequence of Keyword
+        The whole deck.
+
+    Raises
+    ------
+    FileError
+        If a node of its elements has no thickness, or one that is not positive; the message has the line.
+    """
+    parts = parts_of(blocks, takes_any=False)
+    points = np.concatenate([part.points for part in parts])
+    given = _at_nodes(parts, len(points))
+    found_points, values = [], []
+    for part in parts:
+        if not any(block is section for block in part.blocks):
+            continue
+        named = part.element_sets.named(section.option("ELSET"))
+        members = element_rows(parts, part, named[1])[0] if named else np.zeros(0, dtype=np.int64)
+        for kind, nodes in _cells_of(parts, members):
+            t = given[nodes]
+            if np.isnan(t).any():
+                x = ", ".join(f"{c:g}" for c in points[nodes[np.isnan(t)][0]])
+                raise section.refused(
+                    f"has NODAL THICKNESS, and the node at ({x}) has none. Remedy: *NODAL THICKNESS of all its nodes"
+                )
+            corners = shape(kind).corners
+            x, ends = points[nodes[:, :corners]], t[:, :corners]
+            found_points += [points[nodes].reshape(-1, 3), x.mean(axis=1)]
+            values += [t.ravel(), ends.mean(axis=1)]
+            if nodes.shape[1] == corners:  # the middles of sides are made when it is read
+                found_points.append(((x + np.roll(x, -1, axis=1)) / 2.0).reshape(-1, 3))
+                values.append(((ends + np.roll(ends, -1, axis=1)) / 2.0).ravel())
+    if not values:
+        raise section.refused("has no elements, or belongs to no part. Remedy: check the name of its set")
+    return ThicknessOfNodes(np.concatenate(found_points), np.concatenate(values))
+
+
+def _at_nodes(parts: Sequence[DeckPart], count: int) -> np.ndarray:
+    """Return what ``*NODAL THICKNESS`` gives each node of all parts, m; NaN: nothing."""
+    found = np.full(count, np.nan)
+    for part in parts:
+        for block in part.blocks:
+            if block.name != "NODALTHICKNESS":
+                continue
+            if block.options.get("GENERATE") is not None:
+                raise block.refused("has GENERATE, which is not read. Remedy: a line for each node or set")
+            for at, fields in block.rows():
+                thickness = block.number(fields[1], at) if len(fields) > 1 and fields[1] else 0.0
+                if not thickness > 0.0:
+                    raise block.refused(f"has the thickness {thickness:g}. Remedy: a positive one", at)
+                set_of = part.node_sets.named(fields[0])
+                if set_of is None:
+                    piece = SetPiece(np.array([block.label(fields[0], at)]), block, at)
+                    named = NamedSet(fields[0], [piece])
+                else:
+                    pieces = [p if p.instance else p._replace(instance=set_of[0]) for p in set_of[1].pieces]
+                    named = NamedSet(set_of[1].name, pieces)
+                found[node_rows(parts, part, named)[0]] = thickness
+    return found
+
+
+def _cells_of(parts: Sequence[DeckPart], members: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """Return kind and rows of nodes of the elements whose rows are members, among those of all parts."""
+    found, first_node, first_element = [], 0, 0
+    for part in parts:
+        for some in part.elements:
+            own = np.isin(first_element + np.arange(len(some.labels)), members)
+            if some.kind != OTHER and own.any():
+                found.append((some.kind, first_node + rows_of(some.nodes[own], part.labels)))
+            first_element += len(some.labels)
+        first_node += len(part.labels)
+    return found

@@ -231,7 +231,14 @@ def test_what_is_not_read_is_named(shell: str, last: str, turned: bool | None, m
     [
         ("*SHELL SECTION, ELSET=STRIP, MATERIAL=NONE/0.02", r"has material 'NONE', which has no \*ELASTIC"),
         ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU/0.", r"has the thickness 0"),
-        ("*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, NODAL THICKNESS/0.02", r"has NODALTHICKNESS, which is not read"),
+        (
+            "*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, NODAL THICKNESS/0.02",
+            r"has NODAL THICKNESS, and the node at \(0, 0, 0\) has none",
+        ),
+        (
+            "*NODAL THICKNESS/1, -0.01/*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, NODAL THICKNESS/0.02",
+            r"\*NODALTHICKNESS \(line \d+\) has the thickness -0.01",
+        ),
         ("*SHELL SECTION, ELSET=STRIP, MATERIAL=CFRP, ORIENTATION=O/0.02", r"the ORIENTATION 'O', which is not there"),
         (
             "*ORIENTATION, NAME=O/1.,0.,0.,0.,1.,0./*SHELL SECTION, ELSET=STRIP, MATERIAL=CFRP, ORIENTATION=O/0.02",
@@ -251,3 +258,20 @@ def test_what_is_not_read_is_named(shell: str, last: str, turned: bool | None, m
 def test_sections_that_are_not_read_are_named(section: str, match: str, tmp_path: Path) -> None:
     with pytest.raises(FileError, match=match):
         shell_properties(abaqus(tmp_path / "a.inp", section))
+
+
+def test_thickness_at_nodes_of_abaqus_is_that_of_a_function(tmp_path: Path) -> None:
+    """A strip that tapers, by labels and by sets of nodes; the middles of sides are between the corners."""
+    nodes, _ = grid()
+    taper = 0.03 - 0.02 * nodes[:, 0]
+    rows = "/".join(f"{i}, {t:.9g}" for i, t in enumerate(taper, 1) if i > 2)
+    sets = f"*NSET, NSET=ROOT/1, 2/*NODAL THICKNESS/ROOT, {taper[0]:.9g}/{rows}"
+    section = f"{sets}/*SHELL SECTION, ELSET=STRIP, MATERIAL=ALU, NODAL THICKNESS, OFFSET=0.5/0.02"
+    deck = abaqus(tmp_path / "a.inp", section)
+    given = shell_properties(deck)
+    x = np.array([[0.125, 0.0, 0.0], [0.5, 0.2, 0.0], [0.125, 0.1, 0.0]])
+    np.testing.assert_allclose(given["thickness"]["STRIP"](x), 0.03 - 0.02 * x[:, 0], rtol=1e-9)
+    assert given["offset"] == {"STRIP": -0.5}
+    found = shell_model(deck, **given)
+    same = shell_model(deck, given["materials"], lambda p: 0.03 - 0.02 * p[:, 0], offset=-0.5)
+    assert abs(found.stiffness - same.stiffness).max() < 1e-9 * abs(same.stiffness).max()
