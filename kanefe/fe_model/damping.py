@@ -158,7 +158,7 @@ Damping: TypeAlias = RayleighDamping | ModalDamping | sp.spmatrix | np.ndarray |
 
 
 def damping_matrix(
-    damping: Damping, model: FiniteElementModel, free_basis: np.ndarray, stiffness: np.ndarray, mass: np.ndarray
+    damping: Damping, model: FiniteElementModel, free_basis: np.ndarray, stiffness: np.ndarray
 ) -> np.ndarray:
     """Return C of the free coordinates, shape (k, k)."""
     count = len(stiffness)
@@ -167,7 +167,7 @@ def damping_matrix(
     if damping is None or count == 0:
         return np.zeros((count, count))
     if isinstance(damping, (RayleighDamping, ModalDamping)):
-        return damping_of(damping, stiffness, mass)
+        return damping_of(damping, stiffness, free_basis.T @ (model.mass @ free_basis))
     C = checked_damping(damping, model)
     reduced = free_basis.T @ (C @ free_basis)
     if np.linalg.eigvalsh(reduced).min() < -1e-9 * abs(reduced).max():

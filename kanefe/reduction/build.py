@@ -116,7 +116,7 @@ def _made_body(
     count, basis = free.shape[1], np.hstack((free, fixed))
     stiffness = basis.T @ (problem.stiffness @ basis)
     stiffness = 0.5 * (stiffness + stiffness.T)
-    full_basis, masses = ties.transformation @ basis, free.T @ (problem.mass @ free)
+    full_basis = ties.transformation @ basis
     body = FlexibleBody(
         nodes=np.array(model.nodes, dtype=float),
         components=model.components,
@@ -124,7 +124,7 @@ def _made_body(
         free_count=count,
         stiffness=stiffness,
         **reduced_losses(model, full_basis[:, :count], stiffness[:count, :count]),
-        damping=damping_matrix(damping, problem.model, full_basis[:, :count], stiffness[:count, :count], masses),
+        damping=damping_matrix(damping, problem.model, full_basis[:, :count], stiffness[:count, :count]),
         interfaces=_interface_frames(ties, basis, count),
         cells=model.cells,
         load_patterns=tuple(pattern.projected(name, full_basis) for name, pattern in model.load_patterns.items()),
@@ -188,7 +188,7 @@ def _whole(problem: StaticProblem) -> tuple[np.ndarray, np.ndarray, dict[str, An
     massless, moving = free[:, :0], np.delete(np.arange(K.shape[0]), at_rest)
     R, largest = problem.rigid_modes, problem.largest_masses
     if problem.rigid_count or has_massless(M[moving][:, moving], largest[moving]):
-        free, massless = modes_by_mass(free, K, M, R, largest)
+        free, _, massless = modes_by_mass(free, K, M, R, largest)
         if not problem.rigid_count:
             tell_of_frames_without_inertia(problem, free)
     return free, fixed, {"method": "None", "kept": free.shape[1]} | _lost(problem, massless, statics=False)
@@ -198,12 +198,11 @@ def _reduced(problem: StaticProblem, reduction: Reduction) -> tuple[np.ndarray, 
     """Return the free columns that a reduction keeps, the fixed ones, and the record of that."""
     chosen, ties = reduction.basis(problem), problem.ties
     columns = np.hstack((chosen.columns, loss_shapes(problem, chosen.columns)))
-    free, massless = modes_by_mass(
-        columns, problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses
-    )
-    record = reduction_record(reduction, problem, chosen, free)
+    with stage("orthonormal modes"):
+        found = modes_by_mass(columns, problem.stiffness, problem.mass, problem.rigid_modes, problem.largest_masses)
+    record = reduction_record(reduction, problem, chosen, found)
     fixed = problem.constraint_modes[:, ties.fixed - ties.interior_count]
-    return free, fixed, record | _lost(problem, massless, statics=True)
+    return found.modes, fixed, record | _lost(problem, found.massless, statics=True)
 
 
 def _told(model: FiniteElementModel, record: Mapping[str, Any]) -> dict[str, Any]:

@@ -24,19 +24,19 @@ import numpy as np
 from kanefe.fe_model.model import INERTIA_OF_MODES
 from kanefe.fe_model.statics import StaticProblem
 from kanefe.reduction.load_cases import spread_groups
+from kanefe.reduction.orthonormal import Orthonormal
 
 HELD = 1e-6
 """Fraction of the energy of a load's static response that may be missing: a thousandth in its stresses."""
 
 
-def left_out(problem: StaticProblem, modes: np.ndarray) -> dict[str, Any]:
+def left_out(problem: StaticProblem, found: Orthonormal) -> dict[str, Any]:
     """Return the static response to inertia and load patterns that modes neglect, json-able.
 
     Parameters
     ----------
     problem : StaticProblem
-    modes : ndarray, shape (tied, k)
-        M-orthonormal, K diagonal in them.
+    found : Orthonormal
 
     Returns
     -------
@@ -56,8 +56,7 @@ def left_out(problem: StaticProblem, modes: np.ndarray) -> dict[str, Any]:
     whole = F.T @ U
     translation = problem.ties.coordinates(problem.model.rigid_modes())[:, 0]
     mass = float(translation @ (problem.mass @ translation))
-    held = F.T @ modes / np.einsum("ij,ij->j", modes, problem.stiffness @ modes)
-    U -= modes @ held.T
+    U -= found.modes @ (F.T @ found.modes / found.squares).T
     R, D = F.T @ U, U.T @ (problem.mass @ U) / mass
     kept = np.flatnonzero(np.diag(R) > HELD * np.diag(whole))
     R, D = (0.5 * (X + X.T)[np.ix_(kept, kept)] for X in (R, D))

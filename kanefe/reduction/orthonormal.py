@@ -41,11 +41,14 @@ class Orthonormal(NamedTuple):
     ----------
     modes : ndarray, shape (tied, k)
         M-orthonormal, in the order of their frequencies.
+    squares : ndarray, shape (k,)
+        Their w^2.
     massless : ndarray, shape (tied, m)
         Motions in the span of the columns that have stiffness and no mass.
     """
 
     modes: np.ndarray
+    squares: Vector
     massless: np.ndarray
 
 
@@ -80,8 +83,8 @@ def modes_by_mass(
         If a column is not finite, no column has mass, or the stiffness resists rigid motions or leaves others free.
     """
     R = rigid_modes
-    massive, none = _by_mass(columns, M, largest)
-    basis, rest = _orthonormal(massive, M, R, largest)
+    massive, weighted, none = _by_mass(columns, M, largest)
+    basis, rest = _orthonormal(massive, M, R, largest, weighted)
     free, massless = stiff_and_free(np.hstack((none, rest)), K, largest)
     if basis.shape[1] == 0:
         if massless.shape[1] or (free.shape[1] and not R.shape[1]):
@@ -91,7 +94,7 @@ def modes_by_mass(
                 f"nothing of the body is left once its {R.shape[1]} rigid motions are taken out: it floats. "
                 "Remedy: more modes"
             )
-        return Orthonormal(basis, massless)
+        return Orthonormal(basis, np.zeros(0), massless)
     if massless.shape[1]:
         pulled = K @ massless
         basis = basis - massless @ np.linalg.solve(massless.T @ pulled, pulled.T @ basis)
@@ -111,7 +114,8 @@ def modes_by_mass(
             )
     modes = with_fixed_signs(basis @ vectors, squares)
     # round-off of a large mesh leaves M some 1e-12 off the identity: one step of Newton's method for its inverse root
-    return Orthonormal(np.asarray(modes @ (1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes))), massless)
+    root = 1.5 * np.eye(modes.shape[1]) - 0.5 * modes.T @ (M @ modes)
+    return Orthonormal(np.asarray(modes @ root), squares, massless)
 
 
 def stiff_and_free(motions: np.ndarray, K: sp.csr_matrix, largest: Vector) -> tuple[np.ndarray, np.ndarray]:
@@ -144,15 +148,17 @@ def normalised(columns: np.ndarray, M: sp.csr_matrix, largest: Vector) -> np.nda
     return _by_mass(columns, M, largest)[0]
 
 
-def _by_mass(columns: np.ndarray, M: sp.csr_matrix, largest: Vector) -> tuple[np.ndarray, np.ndarray]:
-    """Return columns of unit M-norm, and those without mass; zero ones are left out."""
+def _by_mass(columns: np.ndarray, M: sp.csr_matrix, largest: Vector) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return columns of unit M-norm, M times them, and those without mass; zero ones are left out."""
     if not np.all(np.isfinite(columns)):
         raise ModelError("the columns of the reduction are not finite. Remedy: check its loads and the matrices")
     sizes = abs(columns).max(axis=0, initial=0.0)
     columns = columns[:, sizes > 0.0] / sizes[sizes > 0.0]  # so that squares do not overflow
-    squares = np.einsum("ij,ij->j", columns, M @ columns)
+    weighted = M @ columns
+    squares = np.einsum("ij,ij->j", columns, weighted)
     has_mass = squares > NO_MASS * (largest @ columns**2)
-    return np.asarray(columns[:, has_mass] / np.sqrt(squares[has_mass])), columns[:, ~has_mass]
+    norms = np.sqrt(squares[has_mass])
+    return columns[:, has_mass] / norms, weighted[:, has_mass] / norms, columns[:, ~has_mass]
 
 
 def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray, largest: Vector) -> np.ndarray:
@@ -177,9 +183,9 @@ def orthonormal_columns(columns: np.ndarray, M: sp.csr_matrix, against: np.ndarr
 
 
 def _orthonormal(
-    columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray, largest: Vector
+    columns: np.ndarray, M: sp.csr_matrix, against: np.ndarray, largest: Vector, weighted: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return that basis, and the motions without mass that are left of the columns."""
+    """Return that basis, and the motions without mass that are left of the columns; `weighted` is M times them."""
     span = [(against, M @ against)] if against.shape[1] else []
     found: list[np.ndarray] = []
     extent = np.sqrt((largest @ columns**2).max(initial=0.0))
@@ -187,7 +193,9 @@ def _orthonormal(
     rest = [np.zeros((len(columns), 0))]
     while left.shape[1]:
         left = _apart_from(span, left)
-        squares, vectors = scipy.linalg.eigh(left.T @ (M @ left))
+        if weighted is None or span:
+            weighted = M @ left
+        squares, vectors = scipy.linalg.eigh(left.T @ weighted)
         left = left @ vectors
         extents = largest @ left**2
         massless = squares <= NO_MASS * extents
@@ -198,7 +206,7 @@ def _orthonormal(
             break
         apart = norms > WELL_APART * longest
         block = left[:, apart] / norms[apart]
-        for _ in range(2):
+        for _ in range(2 if span else 1):  # once more where what was taken out leaves round-off
             block = _apart_from(span, block)
             weighted = M @ block
             turn = np.linalg.inv(scipy.linalg.cholesky(block.T @ weighted))

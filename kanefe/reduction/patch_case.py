@@ -23,6 +23,7 @@ from kanefe.fe_model.model import TRANSLATIONS, FiniteElementModel
 from kanefe.fe_model.node_shares import NodeShares
 from kanefe.fe_model.places import Place
 from kanefe.fe_model.statics import StaticProblem
+from kanefe.reduction.orthonormal import Orthonormal
 
 LOOKED_AT = 4
 """Number of points of each surface of a body at which the local compliance of the modes is compared."""
@@ -89,14 +90,13 @@ def _is_shell(model: FiniteElementModel) -> bool:
     return model.elasticity is not None and model.elasticity.shell is not None
 
 
-def contact_compliance(problem: StaticProblem, modes: np.ndarray) -> list[dict[str, Any]]:
+def contact_compliance(problem: StaticProblem, modes: Orthonormal) -> list[dict[str, Any]]:
     """Return for each surface of a body its compliance under single forces, and the share that modes represent.
 
     Parameters
     ----------
     problem : StaticProblem
-    modes : ndarray, shape (tied, k)
-        M-orthonormal, K diagonal in them.
+    modes : Orthonormal
 
     Returns
     -------
@@ -105,7 +105,6 @@ def contact_compliance(problem: StaticProblem, modes: np.ndarray) -> list[dict[s
         least share of any); json-able.
     """
     model, T = problem.model, problem.ties.transformation.T
-    squares = np.einsum("ij,ij->j", modes, problem.stiffness @ modes)
     found = []
     for name, pattern in model.load_patterns.items():
         if name not in model.groups or pattern.kind != "surface":
@@ -114,7 +113,7 @@ def contact_compliance(problem: StaticProblem, modes: np.ndarray) -> list[dict[s
         forces[problem.fixed] = 0.0
         forces = problem.relieved(forces)
         whole = np.einsum("ij,ij->j", forces, problem.solve(forces))
-        held = np.einsum("ij,i->j", (modes.T @ forces) ** 2, 1.0 / squares)
+        held = np.einsum("ij,i->j", (modes.modes.T @ forces) ** 2, 1.0 / modes.squares)
         moved = whole > 0.0
         if moved.any():
             share = float((held[moved] / whole[moved]).min())

@@ -19,13 +19,14 @@ from kanefe.reduction.basis import Basis, Reduction
 from kanefe.reduction.error_estimate import error_estimate
 from kanefe.reduction.left_out import left_out
 from kanefe.reduction.load_cases import some_groups
+from kanefe.reduction.orthonormal import Orthonormal
 from kanefe.reduction.patch_case import contact_compliance
 
 EXACT = 1e-6
 """Relative error of a static response up to which it is told to be exact: above round-off."""
 
 
-def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis, modes: np.ndarray) -> dict[str, Any]:
+def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis, found: Orthonormal) -> dict[str, Any]:
     """Return the json-able record of a reduction.
 
     Parameters
@@ -34,8 +35,8 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
     problem : StaticProblem
     chosen : Basis
         Result of the method.
-    modes : ndarray, shape (tied, k)
-        M-orthonormal modes of its columns.
+    found : Orthonormal
+        Modes of its columns.
 
     Returns
     -------
@@ -51,17 +52,17 @@ def reduction_record(reduction: Reduction, problem: StaticProblem, chosen: Basis
         "method": repr(reduction),
         "residuals": dict(problem.residuals),
         "columns": chosen.columns.shape[1],
-        "kept": modes.shape[1],
-        "effective_mass": effective_masses(problem, modes),
+        "kept": found.modes.shape[1],
+        "effective_mass": effective_masses(problem, found.modes),
         **chosen.record,
     }
     with stage("what the modes leave out"):
-        record["left_out"] = left_out(problem, modes)
-        record["contact_compliance"] = contact_compliance(problem, modes)
+        record["left_out"] = left_out(problem, found)
+        record["contact_compliance"] = contact_compliance(problem, found)
     if reduction.error_up_to is not None:
         groups = some_groups(problem, reduction.loads)
         with stage("error estimate"):
-            record["error_estimate"] = error_estimate(problem, modes, groups, reduction.error_up_to)
+            record["error_estimate"] = error_estimate(problem, found.modes, groups, reduction.error_up_to)
     return record
 
 
@@ -80,13 +81,12 @@ def effective_masses(problem: StaticProblem, modes: np.ndarray) -> dict[str, Any
     loads = model.mass @ R
     participation = (ties.transformation.T @ loads).T @ modes
     interfaces = {}
-    weighted = problem.mass @ modes
     for tie in ties.ties:
         if tie.fixed:
             shapes = problem.constraint_modes[:, tie.rows[list(tie.fixed)] - ties.interior_count]
             interfaces[tie.name] = {
                 "components": [tie.names[i] for i in tie.fixed],
-                "modes": ((shapes.T @ weighted) ** 2).T.tolist(),
+                "modes": (((problem.mass @ shapes).T @ modes) ** 2).T.tolist(),
             }
     return {
         "directions": list(COMPONENTS),

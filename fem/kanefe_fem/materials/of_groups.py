@@ -11,7 +11,7 @@ import numpy as np
 
 from kanefe.errors import ModelError, outside
 from kanefe.fe_model.model import Cells, Elasticity
-from kanefe.fe_model.shapes import kind_of_order, measures, shape
+from kanefe.fe_model.shapes import kind_of_order, shape, stretches
 from kanefe_fem.materials import voigt
 from kanefe_fem.materials.damping import Losses, losses_of
 from kanefe_fem.materials.isotropic import LOCKING_NU, AccuracyWarning, Material, warn_of_units
@@ -194,7 +194,7 @@ def _straight_volume(mesh: Mesh, block: Cells) -> float:
     """Return the volume of cells between their corners, m3: enough to distinguish metres from millimetres."""
     kind = kind_of_order(block.kind, 1)
     corners = block.nodes[:, : shape(kind).corners]
-    return float(measures(kind, mesh.nodes[corners], degree=1)[0].sum())
+    return float(sum(weight * size.sum() for weight, _, size in stretches(kind, mesh.nodes[corners], degree=1)))
 
 
 def _youngs_modulus(material: SolidMaterial) -> float:

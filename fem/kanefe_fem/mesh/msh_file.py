@@ -161,14 +161,17 @@ def stated_counts(path: Path) -> tuple[int, int]:
     return found[0], found[1]
 
 
+_IN_A_PART = re.compile(rb"^[ \t]*\d+[ \t]+\d+[ \t]+0*(?:[3-9]|[1-9]\d+)(?:[ \t]+\S+){2}[ \t]+(?!0\s)\S", re.MULTILINE)
+"""A row of an element of format 2 with a third tag that is not 0."""
+
+
 def has_parts(path: Path) -> bool:
     """Return whether elements of a complete file of format 2 are in parts of a partitioned mesh: their third tag."""
     content = path.read_bytes()
     head, _, rows = content[content.find(b"$Elements") :].partition(b"\n")[2].partition(b"\n")
     order, at, count = _byte_order(content[:200]), 0, int(head)
     if not order:
-        words = (row.split() for row in rows.split(b"\n", count)[:count])
-        return any(int(row[2]) > 2 and row[5] != b"0" for row in words)
+        return _IN_A_PART.search(rows.partition(b"$EndElements")[0]) is not None
     while count > 0:
         kind, size, tags = np.frombuffer(rows, f"{order}i4", 3, at).tolist()
         if tags > 2:

@@ -56,7 +56,7 @@ FOLD = math.radians(20.0)
 
 ONE_ORDER = "shells have displacements of second order"
 
-STAGES = 6
+STAGES = 8
 """Number of stages in making a body."""
 
 

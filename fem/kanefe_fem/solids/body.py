@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
     from kanefe.reduction.stiffening import StiffeningLevel
 
-STAGES = 6
+STAGES = 8
 """Number of stages in making a body."""
 
 
