@@ -34,6 +34,10 @@ PIECE = 20_000
 CONDITION = 1e15
 """Scaled condition number, estimated by one solve, above which a matrix is regarded as singular."""
 
+AUTOMATIC, PORD, METIS = 7, 4, 5
+"""Numbers of orderings of MUMPS. By itself it takes METIS where it has it, which needs 26 % fewer operations than PORD
+in a cube of quadratic tetrahedra, and 22 % more in a bar of 1 x 0.1 x 0.05 m and in a sheet."""
+
 PIVOTING_ROOM = 50
 """Memory for the pivots of an indefinite matrix that MUMPS may take beyond its estimate, in per cent."""
 
@@ -128,7 +132,7 @@ class MumpsFactor:
         self._petsc: Any = PETSc
         csr = matrix.T if matrix.format == "csc" else sp.csr_matrix(matrix)  # symmetric
         csr.sort_indices()
-        self.size, self.definite = csr.shape[0], definite
+        self.size, self.definite, self._ordering = csr.shape[0], definite, AUTOMATIC
         if definite and not np.all(csr.diagonal() > 0.0):
             raise insufficient_support("a degree of freedom has no stiffness at all")
         self._matrix = self._upper_half(csr)
@@ -159,7 +163,7 @@ class MumpsFactor:
         free = free_memory()
         if self.size <= TOLD and (free is None or rough_size(self.size) <= ROUGHLY * free):
             return None
-        pc, factor = self._set_up(megabytes=1)
+        pc, factor = self._analysed()
         analysis = Analysis(
             unknowns=self.size,
             operations=factor.getMumpsRinfog(1),
@@ -169,6 +173,20 @@ class MumpsFactor:
         )
         pc.destroy()
         return planned(analysis, free, self._rate(csr)).folder
+
+    def _analysed(self) -> tuple[Any, Any]:
+        """Return a factor that MUMPS has only analysed, by the ordering that needs fewer operations."""
+        found = self._set_up(megabytes=1)
+        if found[1].getMumpsInfog(7) != METIS:
+            return found
+        self._ordering = PORD
+        other = self._set_up(megabytes=1)
+        if other[1].getMumpsRinfog(1) < found[1].getMumpsRinfog(1):
+            found, other = other, found
+        else:
+            self._ordering = METIS
+        other[0].destroy()
+        return found
 
     def _rate(self, csr: sp.csr_matrix) -> float:
         """Return the operations per second by the clock in factoring a piece of the matrix."""
@@ -186,6 +204,7 @@ class MumpsFactor:
         pc = self._petsc.PC().create(comm=self._petsc.COMM_SELF)
         pc.setOperators(self._matrix if of is None else of)
         factor = factor_by_mumps(pc, self.definite)
+        factor.setMumpsIcntl(7, self._ordering)
         factor.setMumpsIcntl(23, megabytes)
         if folder is not None:
             os.environ["MUMPS_OOC_TMPDIR"] = str(folder)  # MUMPS reads it while it factors

@@ -45,12 +45,12 @@ def left_out(problem: StaticProblem, found: Orthonormal) -> dict[str, Any]:
         of two loads; "displacement": D, m2 per product of units.
     """
     groups = spread_groups(problem)
-    shaped = _not_normal(problem, modes)
+    shaped = _not_normal(problem, found.modes)
     names = [[group.name, component] for group in groups for component in group.kept]
     names += [[INERTIA_OF_MODES, int(mode)] for mode in shaped]
     if not names:
         return {"loads": [], "energy": [], "displacement": []}
-    F = problem.relieved(np.hstack([*(group.forces for group in groups), problem.mass @ modes[:, shaped]]))
+    F = problem.relieved(np.hstack([*(group.forces for group in groups), problem.mass @ found.modes[:, shaped]]))
     F[problem.fixed] = 0.0
     U = problem.solve(F)
     whole = F.T @ U

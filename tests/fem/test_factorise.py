@@ -218,6 +218,39 @@ class TestMemory:
         del texts["/proc/meminfo"]
         assert free_memory() is None
 
+    @pytest.mark.parametrize(("of_metis", "of_pord", "taken"), [(2.0, 1.0, 4), (1.0, 2.0, 5), (None, 1.0, 7)])
+    def test_the_cheaper_ordering_is_taken(self, of_metis, of_pord, taken, monkeypatch):
+        class Analysed:
+            def __init__(self, ordering):
+                is_metis = ordering == 7 and of_metis is not None
+                self.ordering, self.operations = (5, of_metis) if is_metis else (4, of_pord)
+                self.is_there = True
+
+            def getMumpsInfog(self, number):
+                assert number == 7
+                return self.ordering
+
+            def getMumpsRinfog(self, number):
+                assert number == 1
+                return self.operations
+
+            def destroy(self):
+                self.is_there = False
+
+        made = []
+
+        def set_up(self, megabytes=0, folder=None, of=None):
+            made.append(Analysed(self._ordering))
+            return made[-1], made[-1]
+
+        monkeypatch.setattr(_petsc.MumpsFactor, "_set_up", set_up)
+        factor = object.__new__(_petsc.MumpsFactor)
+        factor._ordering = _petsc.AUTOMATIC
+        pc, found = factor._analysed()
+        assert factor._ordering == taken
+        assert found.operations == min(of_pord, of_metis or of_pord)
+        assert [one for one in made if one.is_there] == [pc]
+
     def test_a_body_keeps_what_was_told(self, monkeypatch):
         monkeypatch.setattr(_petsc, "SMALL", 100)
         monkeypatch.setattr(_petsc, "TOLD", 100)

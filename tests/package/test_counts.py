@@ -54,7 +54,7 @@ ROOMS = {
     "fe_model": 4890,
     "environment": 2836,
     "scene": 3040,
-    "reduction": 3285,
+    "reduction": 3320,
     "tree": 3165,
     "storage": 2420,
     "robots": 2214,

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
 import kanefe as kf
+from kanefe.fe_model.residuals import LARGEST
 from kanefe.reduction.block_lanczos import TOLERANCE, lowest_modes
 
 
@@ -50,6 +51,16 @@ def test_modes_are_those_of_dense_algebra(shape: tuple[int, int], count: int) ->
     residual = K @ modes - (M @ modes) * squares
     # TOLERANCE is in the norm of the inverse of M; M is well conditioned (27 at most)
     assert np.linalg.norm(residual, axis=0).max() < 30 * TOLERANCE * np.linalg.norm(K @ modes, axis=0).max()
+
+
+def test_forces_of_modes_are_balanced_as_far_as_is_told() -> None:
+    # modes of little mass beside others of much: what is left of these is small in the norm of M, but not in forces
+    squares_of_all, masses = np.arange(1.0, 801.0), np.where(np.arange(800) < 8, 1.0, 1e8)
+    K, M = sp.diags(masses * squares_of_all).tocsc(), sp.diags(masses).tocsr()
+    squares, modes = lowest_modes(M, 8, Counted(K))
+    asked = (M @ modes) * squares
+    left = np.linalg.norm(K @ modes - asked, axis=0) / np.linalg.norm(asked, axis=0)
+    assert left.max() < LARGEST / 10.0  # UNBALANCED, by the sizes of forces before the last product
 
 
 def test_a_singular_mass_matrix() -> None:
