@@ -29,7 +29,7 @@ UNBALANCED = 1e-8
 """Forces that the last product with A leaves unbalanced relative to ``w^2 M x``, a hundredth of what is told."""
 
 ROUND_OFF = 1e-6
-"""Part of a block along earlier directions up to which it is taken out of M times the block in single precision."""
+"""Part of a block along earlier directions, relative to it, that is taken out of M times it in single precision."""
 
 LARGEST_PART = 6
 """Ratio of the number of directions to that of requested modes from which the method gives up: those of a compact body
