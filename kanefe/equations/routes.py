@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, Any
+
 import numpy as np
 
 from kanefe.literal.route import LiteralRoute
 from kanefe.tree.model_data import ModelData
 from kanefe.tree.route import Route
+
+if TYPE_CHECKING:
+    from kanefe.order_n.tree_matrix import TreeMatrix, TreePattern
 
 
 def route_of(model: ModelData) -> Route:
@@ -31,6 +36,18 @@ def directions_of_loads(model: ModelData) -> int:
     from kanefe.order_n.route import obstacles_of
 
     return 0 if model.has_unreduced or obstacles_of(model) else stiff_directions.directions_of_loads(model)
+
+
+def newton_pattern(route: Route) -> TreePattern | None:
+    """Return where Newton matrices have entries that keep the structure of a tree; None where dense ones are taken."""
+    return getattr(route, "newton_pattern", None)
+
+
+def tree_matrix(route: Any) -> TreeMatrix:
+    """Return the linearised equations of a scene that has a `newton_pattern`."""
+    from kanefe.order_n.tree_matrix import TreeMatrix
+
+    return TreeMatrix(route)
 
 
 def swept_arms(model: ModelData) -> dict[int, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,9 @@ from kanefe.order_n.tables.frame_offsets import FrameOffsets
 from kanefe.order_n.tables.load_tables import loads_between, told_loads
 from kanefe.order_n.tables.scene_tables import TableBuilder
 from kanefe.tree.model_data import QUADRATURES, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.order_n.tree_matrix import TreePattern
 
 NO_DRIVES = np.zeros((0, 3))
 
@@ -118,6 +122,13 @@ class SceneInTables(LiteralRoute):
         """Whether all kernels of the scene take complex numbers, from which exact derivatives come."""
         of_links = all(GivenLink(one).complex_function for one in links_of(self.scene) if one.kind == Kind.GIVEN)
         return of_links and all(load.complex_function for load in BetweenLoads(self.between.loads))
+
+    @cached_property
+    def newton_pattern(self) -> TreePattern | None:
+        """Where entries of Newton matrices are that keep the structure of the tree; None where dense ones are taken."""
+        from kanefe.order_n.tree_matrix import pattern_if_less
+
+        return pattern_if_less(self)  # type: ignore[arg-type]  # it is an `Evaluated` where it is `OrderN`
 
     @cached_property
     def complete(self) -> tuple[FrameOffsets, Scene]:

@@ -24,7 +24,7 @@ PARAMETERS, FUNCTION_LINES = (6, 8), (40, 60, 80)
 
 LIMITS = {
     "constants of kernels": 260,
-    "lines of imports of kernels": 1963,
+    "lines of imports of kernels": 2040,
     "kernels above 8 parameters": 0,
     "kernels above 6 parameters": 8,
     "functions above 40 lines of code": 2,
@@ -35,14 +35,14 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 31844,
-    "integrate": 11310,
+    "kernels": 32900,
+    "integrate": 11450,
     "linear": 10700,
     "imports": 9000,
     "kane": 844,
     "literal": 1587,
     "states": 957,
-    "order_n": 4870,
+    "order_n": 5140,
     "loads": 4410,
     "contact": 3638,
     "joints": 3800,
@@ -61,7 +61,7 @@ ROOMS = {
     "fmu": 1488,
     "screening": 1197,
     "unreduced": 1157,
-    "equations": 1914,
+    "equations": 1950,
     "stepping": 726,
     "doctor": 678,
     "report": 577,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.equations.model import Model
+from kanefe.equations.routes import newton_pattern
 from kanefe.integrate.auto.vibrations import Vibrations
 from kanefe.integrate.methods.radau5 import of_order_three
 
@@ -60,8 +61,14 @@ def explicit_work(model: Model, radians: float) -> float:
 
 def radau_work(model: Model, steps: float) -> float:
     """Return that of so many steps of Radau's method."""
-    size = model.free_count + moving_states(model)
-    return steps * (EVALUATIONS_A_STEP * evaluation(model) + PRODUCTS_OF_FACTORS * size**3)
+    return steps * (EVALUATIONS_A_STEP * evaluation(model) + factors_of_radau(model))
+
+
+def factors_of_radau(model: Model) -> float:
+    """Return that of one real and one complex factorisation: of dense matrices, or of those of a tree."""
+    pattern = newton_pattern(model.route)
+    dense = PRODUCTS_OF_FACTORS * float(model.free_count + moving_states(model)) ** 3
+    return dense if pattern is None else 3.0 * PRODUCTS_OF_FACTORS * pattern.work
 
 
 def moving_states(model: Model) -> int:

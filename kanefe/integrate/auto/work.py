@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kanefe.equations.model import Model
+from kanefe.equations.routes import newton_pattern
 from kanefe.integrate.auto.cost import (
     PRODUCTS_A_CALL,
-    PRODUCTS_OF_FACTORS,
     compiled_evaluation,
     evaluation,
+    factors_of_radau,
     moving_states,
 )
 
@@ -19,6 +20,9 @@ to 30 speeds, for which it is nearly the same."""
 
 PRODUCTS_A_PYTHON_STEP = 400_000.0
 """Products in the time that a step takes which is looked at in Python for events: 150 us, measured."""
+
+DIRECTIONS_OF_TREE = 20
+"""Evaluations with complex numbers in a linearisation of a tree of rigid bodies."""
 
 OF_COMPLEX = 2.0
 """Evaluations with real numbers in one with complex numbers, and in a central difference."""
@@ -39,8 +43,10 @@ class WorkCounter:
     def __init__(self, model: Model, by_single_steps: bool, calls: int = 0) -> None:
         size = model.free_count + moving_states(model)
         self._evaluation = evaluation(model)
-        self._jacobian = OF_COMPLEX * (model.free_count + size) * compiled_evaluation(model) + calls * PRODUCTS_A_CALL
-        self._factors = 0.5 * PRODUCTS_OF_FACTORS * size**3  # compiled code reuses what it has read
+        is_tree = newton_pattern(model.route) is not None
+        directions = min(model.free_count + size, DIRECTIONS_OF_TREE) if is_tree else model.free_count + size
+        self._jacobian = OF_COMPLEX * directions * compiled_evaluation(model) + calls * PRODUCTS_A_CALL
+        self._factors = 0.5 * factors_of_radau(model)  # compiled code reuses what it has read
         self._step = PRODUCTS_A_PYTHON_STEP if by_single_steps else 0.0
 
     def steps_of(self, work: float, least: int) -> int:

@@ -55,7 +55,6 @@ def flies_freely(model: Model) -> bool:
 
 def _serves(model: Model) -> str:
     cannot = {
-        "does not close loops": bool(model.constraints),
         "conserves the energy of freely moving joints, and does not drive them": model.driven_count > 0,
     }
     reasons = [f"{what}. Remedy: method='auto'" for what, is_so in cannot.items() if is_so]

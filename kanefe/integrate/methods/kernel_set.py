@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from kanefe.frames import Matrix
+from kanefe.frames import Matrix, Vector
 from kanefe.kernels.compiler.entries import Pointer
 
 if TYPE_CHECKING:
@@ -61,6 +61,8 @@ class Kernels:
         `kanefe.kernels.steppers.force_scales`.
     of_tolerance : function
         The estimate that a step may have, for a relative tolerance.
+    differentiate : function (memory) -> function (t, y), optional
+        Returns what writes derivatives at a state where and as the method keeps them; else they are a Jacobian.
     prepare : function (memory), optional
         Writes what it has to know of the scene to the memory of a new stepper.
     restart_share : float
@@ -86,6 +88,7 @@ class Kernels:
     settles_outputs: bool = False
     scales_with_forces: bool = False
     of_tolerance: Callable[[float], float] = float
+    differentiate: Callable[[Memory], Callable[[float, Vector], None]] | None = None
     prepare: Callable[[Memory], None] | None = None
     restart_share: float = 0.1
     reach: float = 1e-5

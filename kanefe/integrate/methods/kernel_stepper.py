@@ -207,7 +207,8 @@ class KernelStepper:
     def full_unknowns(self) -> int:
         """Number of unknowns of the full systems that it factorises, 0 where there are none."""
         kernels = self._kernels
-        return self.dynamics.model.free_count if kernels.has_jacobian and not kernels.takes_directions else 0
+        is_full = kernels.has_jacobian and not (kernels.takes_directions or kernels.differentiate)
+        return self.dynamics.model.free_count if is_full else 0
 
     @property
     def looks_at_start(self) -> bool:
@@ -303,13 +304,21 @@ class KernelStepper:
             if command == Command.PROJECT:
                 self._project()
             elif command == Command.JACOBIAN:
-                found = self.dynamics.tangent_derivatives(float(self.step.time_at), self.vectors[VECTOR.at])
-                first = self.step.jacobian_row
-                self.vectors[first : first + len(found), : found.shape[1]] = found
+                self._differentiate(float(self.step.time_at), self.vectors[VECTOR.at])
             elif command == Command.FAILED:
                 raise self._failure()
             else:
                 return is_done
+
+    @cached_property
+    def _differentiate(self) -> Callable[[float, Vector], None]:
+        """What writes the derivatives that the method asks for."""
+        own = self._kernels.differentiate
+        return self._put_jacobian if own is None else own(self)
+
+    def _put_jacobian(self, t: float, y: Vector) -> None:
+        found, first = self.dynamics.tangent_derivatives(t, y), self.step.jacobian_row
+        self.vectors[first : first + len(found), : found.shape[1]] = found
 
     def _evaluate(self, run: Run, command: int) -> bool:
         """Do what the method wants if it is an evaluation, or the closing of outputs; return whether it is."""
@@ -357,7 +366,7 @@ class KernelStepper:
     @cached_property
     def _compiled_run(self) -> PreparedRun:
         kernels = self._kernels
-        has_derivatives = kernels.has_jacobian and not kernels.takes_directions
+        has_derivatives = kernels.has_jacobian and not (kernels.takes_directions or kernels.differentiate)
         is_implicit = kernels.is_implicit or self.step.settles != Settling.NOT
         needs = MethodNeeds(is_implicit, kernels.keeps_balance, has_derivatives, kernels.takes_directions)
         return self.dynamics.route.compiled_run(self.integers, self.reals, self.vectors, needs)

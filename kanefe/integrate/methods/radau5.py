@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
-from functools import cache
-from typing import Any
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kanefe.equations.routes import newton_pattern, tree_matrix
+from kanefe.frames import Vector
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels, Memory
 from kanefe.integrate.methods.method import Method
 from kanefe.kernels.values.tensors import Matrix as Square
 from kanefe.tree.model_data import QUADRATURES, ModelData
+
+if TYPE_CHECKING:
+    from kanefe.equations.model import Model
+    from kanefe.order_n.tree_matrix import TreePattern
 
 
 def radau_iia() -> dict[str, Any]:
@@ -51,11 +59,31 @@ def _coefficients() -> dict[str, Any]:
     return radau_iia()
 
 
+@dataclass(frozen=True)
+class CompiledRadau(Compiled):
+    """Makes the steppers of the method: with dense matrices, or with those of a tree where that is less work."""
+
+    of_tree: Callable[[TreePattern], Kernels]
+
+    def kernels_for(self, model: Model) -> Kernels:
+        """Return the kernels that run a scene."""
+        pattern = newton_pattern(model.route)
+        return self.load() if pattern is None else self.of_tree(pattern)
+
+
 def _whole(model: ModelData) -> dict[str, int]:
     """Return how much is solved for: internal states of loads that move between events beside the speeds."""
     followed = model.state_count if model.states_move else 0
-    rows = model.free_count + model.state_count + QUADRATURES
-    return {"followed": followed, "unknowns": model.free_count + followed, "jacobian_rows": rows}
+    rows, unknowns = model.free_count + model.state_count + QUADRATURES, model.free_count + followed
+    return {"followed": followed, "unknowns": unknowns, "factor_size": unknowns, "jacobian_rows": rows}
+
+
+def _whole_of_tree(pattern: TreePattern, model: ModelData) -> dict[str, int]:
+    """Return the same, and how much there is of the linearised equations of a tree."""
+    size, entries = len(pattern.factors.diagonals), len(pattern.factors.columns)
+    own = {"tree_speeds": len(pattern.coordinates), "tree_unknowns": len(pattern.unknowns)}
+    own |= {"tree_size": size, "row_ends": size + 1, "entry_count": entries, "mass_count": len(pattern.masses)}
+    return _whole(model) | {"factor_size": 0, "jacobian_rows": 0} | own
 
 
 def _prepare(memory: Memory) -> None:
@@ -65,6 +93,30 @@ def _prepare(memory: Memory) -> None:
             getattr(step, name)[:] = value
         else:
             setattr(step, name, value)
+
+
+def _prepare_tree(pattern: TreePattern, memory: Memory) -> None:
+    """Write also where the entries of the linearised equations are."""
+    _prepare(memory)
+    step = memory.step
+    step.row_starts[:], step.columns[:], step.diagonals[:] = pattern.factors
+    step.mass_places[:], step.mass_rows[:], step.mass_speeds[:] = pattern.masses, pattern.mass_rows, pattern.mass_speeds
+    step.turn_places[:], step.of_coordinates[:] = pattern.turns, pattern.coordinates
+    step.of_unknowns[:] = pattern.unknowns
+
+
+def _linearise(pattern: TreePattern, memory: Memory) -> Callable[[float, Vector], None]:
+    """Return what writes the linearised equations of a tree at a state."""
+    matrix, step = tree_matrix(memory.dynamics.route), memory.step
+    ones = pattern.factors.diagonals[pattern.coordinates]
+
+    def put(t: float, y: Vector) -> None:
+        matrix.put_entries(t, y)
+        step.known[:] = np.bincount(pattern.known, matrix.known.values, len(step.known))
+        step.known[ones] += 1.0
+        step.masses[:] = matrix.masses.values
+
+    return put
 
 
 @cache
@@ -85,10 +137,15 @@ def _kernels() -> Kernels:
     )
 
 
+def _kernels_of_tree(pattern: TreePattern) -> Kernels:
+    whole, prepare = partial(_whole_of_tree, pattern), partial(_prepare_tree, pattern)
+    return replace(_kernels(), whole=whole, prepare=prepare, differentiate=partial(_linearise, pattern))
+
+
 METHOD = Method(
     name="radau5",
     about="Radau IIA with the exact Jacobian: for stiff scenes, follows vibrations",
-    stepper=Compiled(_kernels),
+    stepper=CompiledRadau(_kernels, _kernels_of_tree),
     order=5,
     has_fixed_steps=True,
     takes_atol=True,

@@ -73,6 +73,7 @@ class Stage(IntEnum):
     OF_Z = 4
     WEIGHED = 5
     NEXT = 6
+    CLOSED = 7
 
 
 @kernel
@@ -136,8 +137,29 @@ def _weigh_end(step: KeepingStep) -> int:
     move(step, state, step.way, n, new)
     for i in range(n + m, len(new)):
         new[i] = state[i] + h * slope[i]
-    copy(new, step.at)
-    step.time_at = step.time + h
+    if not step.has_loops:
+        return _ask_balance(step)
+    # closed is the state that there is: for that the end of the step takes its place
+    copy(state, step.begun)
+    copy(new, state)
+    step.begun_at, step.time = step.time, step.time + h
+    return ask(step, Command.PROJECT, Stage.CLOSED)
+
+
+@kernel
+def _take_closed(step: KeepingStep) -> int:
+    """Take over the end of the step with its loops closed, and ask for its balance."""
+    copy(step.state, step.new)
+    copy(step.begun, step.state)
+    step.time = step.begun_at
+    return _ask_balance(step)
+
+
+@kernel
+def _ask_balance(step: KeepingStep) -> int:
+    """Ask for the balance of the end of the step."""
+    copy(step.new, step.at)
+    step.time_at = step.time + step.h
     return ask(step, Command.BALANCE, Stage.WEIGHED)
 
 
@@ -209,6 +231,8 @@ def advance_keeping(integers: np.ndarray, reals: np.ndarray, vectors: np.ndarray
         put_z(step)
         step.has_directions = True
         return _weigh_end(step)
+    if stage == Stage.CLOSED:
+        return _take_closed(step)
     if stage == Stage.WEIGHED:
         return _judge(step)
     if stage == Stage.REFERENCE:

@@ -43,6 +43,7 @@ class KeepingStep(BalancedStep):
     growth: float  # by how much b changes the energy
     largest_energy: float  # sum of the sizes of all energies, the largest so far
     change_left: float  # by the last iteration
+    begun_at: float  # start of the step, while its end is closed
     directions: Annotated[np.ndarray, Array(6, "size")]  # rigid motions in the middle of the step
     tried: Row  # unknowns as they are tried
     found: Row  # as they follow from that
@@ -52,6 +53,7 @@ class KeepingStep(BalancedStep):
     new: Row
     way: Row  # move of the coordinates
     frequencies: Row  # of modes in rad/s
+    begun: Row  # state at the start of the step, while its end is closed
 
 
 @inlined

@@ -4,9 +4,10 @@ from typing import Annotated
 
 import numpy as np
 
-from kanefe.kernels.language import INTERPOLATE, Array, Columns, Matrix, copy, inlined, kernel, pointer, vector_kernel
+from kanefe.kernels.language import INTERPOLATE, Array, Columns, Start, copy, inlined, kernel, pointer, vector_kernel
 from kanefe.kernels.steppers.moves import STRAIGHT
 from kanefe.kernels.steppers.step_commands import Row, Step
+from kanefe.kernels.values.tensors import Matrix
 
 FARTHEST = 16.0
 """Longest step for which the polynomial of the last one is extrapolated, in multiples of that: behind a very short
@@ -21,6 +22,13 @@ class RadauStep(Step):
     followed: int  # internal states of loads that are solved for as speeds are
     unknowns: int  # they and the speeds
     jacobian_rows: int
+    factor_size: int  # unknowns of dense systems, 0: they are those of a tree, see `tree_systems`
+    tree_size: int  # unknowns of these, how many rows begin or end, and how many speeds and unknowns are of them
+    row_ends: int
+    tree_speeds: int
+    tree_unknowns: int
+    entry_count: int
+    mass_count: int
     node: int
     iteration: int
     is_first: int  # no step has been accepted since the start, or since what is held has changed
@@ -44,6 +52,17 @@ class RadauStep(Step):
     gamma: float  # eigenvalues
     alpha: float
     beta: float
+    behind_moves: Annotated[int, Start("integers")]
+    row_starts: Annotated[np.ndarray, Array("row_ends")]  # pattern of the factors of a tree
+    columns: Annotated[np.ndarray, Array("entry_count")]
+    diagonals: Annotated[np.ndarray, Array("tree_size")]
+    mass_places: Annotated[np.ndarray, Array("mass_count")]  # of masses among the entries, their rows and speeds
+    mass_rows: Annotated[np.ndarray, Array("mass_count")]
+    mass_speeds: Annotated[np.ndarray, Array("mass_count")]
+    turn_places: Annotated[np.ndarray, Array("tree_speeds", 3)]  # among the entries, of a speed: how coordinates follow
+    of_coordinates: Annotated[np.ndarray, Array("tree_speeds")]  # rows of coordinates, and of speeds and states
+    of_unknowns: Annotated[np.ndarray, Array("tree_unknowns")]
+    behind_step: Annotated[int, Start("vectors")]
     start: Row  # rates at the start of the step
     changes: Annotated[np.ndarray, Array(STAGES, "size")]  # at the nodes
     transformed: Annotated[np.ndarray, Array(STAGES, "size")]
@@ -56,10 +75,15 @@ class RadauStep(Step):
     room: Annotated[np.ndarray, Array("2size")]
     tangents: Annotated[np.ndarray, Array("2speeds")]
     turns: Annotated[np.ndarray, Array("speeds")]  # rates of rotations with which the matrices were made
-    factors: Annotated[np.ndarray, Array("unknowns", "unknowns")]
-    pivots: Annotated[np.ndarray, Array("unknowns")]
-    complex_factors: Annotated[np.ndarray, Array("2unknowns", "unknowns")]
-    complex_pivots: Annotated[np.ndarray, Array("unknowns")]
+    factors: Annotated[np.ndarray, Array("factor_size", "factor_size")]
+    pivots: Annotated[np.ndarray, Array("factor_size")]
+    complex_factors: Annotated[np.ndarray, Array("2factor_size", "factor_size")]
+    complex_pivots: Annotated[np.ndarray, Array("factor_size")]
+    known: Annotated[np.ndarray, Array("entry_count")]  # entries of a tree
+    masses: Annotated[np.ndarray, Array("mass_count")]
+    tree_factors: Annotated[np.ndarray, Array("entry_count")]
+    complex_tree_factors: Annotated[np.ndarray, Array("2entry_count")]
+    tree_row: Annotated[np.ndarray, Array("2tree_size")]
 
 
 @inlined

@@ -9,14 +9,29 @@ internal states of loads that move, which have no coordinates, counting as speed
     (g - f_u - f_z Z) du = r_u + f_z z_r,    Z = (g - w~/2) / (g^2 + w^2/4) of a rotation, 1 / g else.
 
 Internal states, of which points of contacts have three each, hardly depend on each other: they are eliminated first.
+
+Where that is less work, du is found from the linearised equations of a tree, row by row, see
+`kanefe.kernels.evaluation.linearised_tree`. They are those of forces, ``M (g du - r_u) = F_u du + F_z z`` with
+``z = Z du + z_r``, and so are their solutions the same. Energies are then not part of them: they follow the rates.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from kanefe.kernels.algebra.lu import factorise, factorise_from_last, solve, solve_from_last
+from kanefe.kernels.algebra.sparse import Pattern, factorise_sparse, solve_sparse
 from kanefe.kernels.language import copy, inlined, kernel
 from kanefe.kernels.steppers.moves import STRAIGHT
 from kanefe.kernels.steppers.radau_polynomial import RadauStep
+
+
+class Factors(NamedTuple):
+    """Those of one of the systems: dense ones and their pivots, or those of a tree."""
+
+    dense: np.ndarray
+    pivots: np.ndarray
+    of_tree: np.ndarray
 
 
 @inlined
@@ -52,6 +67,53 @@ def _assemble(step: RadauStep, g: complex, A: np.ndarray) -> None:
             A[i, s] -= share * (g * a + y * c - z * b)
             A[i, s + 1] -= share * (g * b + z * a - x * c)
             A[i, s + 2] -= share * (g * c + x * b - y * a)
+
+
+@inlined
+def _pattern(step: RadauStep) -> Pattern:
+    return Pattern(step.row_starts, step.columns, step.diagonals)
+
+
+@kernel
+def _assemble_tree(step: RadauStep, g: complex, A: np.ndarray) -> None:
+    """Write the linearised equations of a tree, ``known + g masses`` and how coordinates follow."""
+    known, masses, w, moves, places = step.known, step.masses, step.turns, step.moves, step.turn_places
+    for i in range(len(known)):
+        A[i] = known[i]
+    for i in range(len(masses)):
+        A[step.mass_places[i]] += g * masses[i]
+    for row in range(len(moves)):
+        s = moves[row, 2]
+        if moves[row, 0] == STRAIGHT:
+            A[places[s, 0]] -= 1.0 / g
+            continue
+        x, y, z = 0.5 * w[s], 0.5 * w[s + 1], 0.5 * w[s + 2]
+        share = 1.0 / (g * g + (x * x + y * y + z * z))
+        a, b, c = places[s], places[s + 1], places[s + 2]
+        A[a[0]] -= share * g
+        A[b[1]] -= share * g
+        A[c[2]] -= share * g
+        A[a[1]] -= share * z
+        A[a[2]] += share * y
+        A[b[0]] += share * z
+        A[b[2]] -= share * x
+        A[c[0]] -= share * y
+        A[c[1]] += share * x
+
+
+@kernel
+def _solve_tree(step: RadauStep, A: np.ndarray, z: np.ndarray, du: np.ndarray) -> None:
+    """Replace rates du by the solution of the linearised equations of a tree, with tangents z of coordinates known."""
+    masses, coordinates, unknowns = step.masses, step.of_coordinates, step.of_unknowns
+    x = step.tree_row.view(A.dtype)[: step.tree_size]
+    x[:] = 0.0
+    for i in range(len(masses)):
+        x[step.mass_rows[i]] += masses[i] * du[step.mass_speeds[i]]
+    for i in range(len(z)):
+        x[coordinates[i]] += z[i]
+    solve_sparse(_pattern(step), A, x)
+    for i in range(len(du)):
+        du[i] = x[unknowns[i]]
 
 
 @kernel
@@ -107,12 +169,18 @@ def _follow(step: RadauStep, g: complex, du: np.ndarray, r: np.ndarray) -> None:
 
 
 @kernel
-def _solve(step: RadauStep, g: complex, factors: tuple[np.ndarray, np.ndarray], z: np.ndarray, r: np.ndarray) -> None:
+def _solve(step: RadauStep, g: complex, factors: Factors, z: np.ndarray, r: np.ndarray) -> None:
     """Replace r, of the length of the state, by ``(g - J)^-1 r``; z is workspace."""
-    n, m, size, jacobian, (A, pivots) = step.coordinates, step.speeds, step.unknowns, step.jacobian, factors
+    n, m, size, jacobian, (A, pivots, of_tree) = step.coordinates, step.speeds, step.unknowns, step.jacobian, factors
     du = r[n : n + size]
     _divide(step, g, r)
     _tangents(step, r, z)
+    if step.tree_size > 0:
+        _solve_tree(step, of_tree, z, du)
+        _follow(step, g, du, r)
+        for i in range(n + size, len(r)):
+            r[i] = r[i] / g
+        return
     for i in range(size):
         for j in range(m):
             du[i] += jacobian[i, j] * z[j]
@@ -133,16 +201,23 @@ def _solve(step: RadauStep, g: complex, factors: tuple[np.ndarray, np.ndarray], 
 
 
 @inlined
-def _complex_factors(step: RadauStep) -> tuple[np.ndarray, np.ndarray]:
-    """Return the matrix of the factors and their pivots."""
-    numbers = step.complex_factors.reshape(-1).view(np.complex128)
-    return numbers.reshape(step.unknowns, step.unknowns), step.complex_pivots
+def _real_factors(step: RadauStep) -> Factors:
+    return Factors(step.factors, step.pivots, step.tree_factors)
+
+
+@inlined
+def _complex_factors(step: RadauStep) -> Factors:
+    numbers, size = step.complex_factors.reshape(-1).view(np.complex128), step.factor_size
+    return Factors(numbers.reshape(size, size), step.complex_pivots, step.complex_tree_factors.view(np.complex128))
 
 
 @kernel
-def _factorised(step: RadauStep, g: complex, factors: tuple[np.ndarray, np.ndarray]) -> bool:
+def _factorised(step: RadauStep, g: complex, factors: Factors) -> bool:
     """Make the factors of ``g - J``; return whether there are any."""
-    A, pivots = factors
+    A, pivots, of_tree = factors
+    if step.tree_size > 0:
+        _assemble_tree(step, g, of_tree)
+        return factorise_sparse(_pattern(step), of_tree, step.tree_row.view(of_tree.dtype)[: step.tree_size])
     _assemble(step, g, A)
     if step.followed > 0:
         return factorise_from_last(A, pivots, step.speeds)
@@ -154,7 +229,7 @@ def factorise_systems(step: RadauStep) -> bool:
     """Make the factors for the step; return whether there are any."""
     n, h = step.coordinates, step.h
     copy(step.state[n : n + step.speeds], step.turns)
-    is_regular = _factorised(step, step.gamma / h, (step.factors, step.pivots))
+    is_regular = _factorised(step, step.gamma / h, _real_factors(step))
     g = complex(step.alpha / h, step.beta / h)
     is_regular = _factorised(step, g, _complex_factors(step)) and is_regular
     step.factorisations += 1
@@ -165,7 +240,7 @@ def factorise_systems(step: RadauStep) -> bool:
 @kernel
 def solve_real(step: RadauStep, r: np.ndarray) -> None:
     """Replace r by the solution of the real system."""
-    _solve(step, step.gamma / step.factored, (step.factors, step.pivots), step.tangents[: step.speeds], r)
+    _solve(step, step.gamma / step.factored, _real_factors(step), step.tangents[: step.speeds], r)
 
 
 @kernel

@@ -32,7 +32,7 @@ def sweep_outward(scene: Scene, state: State, work: Work, keeps: bool) -> None:
         link, frame = links[i], frames[i]
         parent = frames[link.parent]
         if link.kind == Kind.INTERFACE:
-            _move_interface(flexible, bodies[link.flexible], InterfaceLink(link), frame, parent, modal)
+            move_interface(flexible, bodies[link.flexible], InterfaceLink(link), frame, parent, modal)
             continue
         move(link, frame, parent, state, scene.tables.numbers)
         if link.flexible >= 0:
@@ -79,7 +79,7 @@ def _by_modes(
 
 
 @kernel
-def _move_interface(
+def move_interface(
     flexible: FlexibleTables, body: BorderedBody, link: InterfaceLink, frame: Frame, parent: Frame, modal: np.ndarray
 ) -> None:
     """Write the motion of an interface frame n of a flexible body (Eq. 22, 24-26)."""
