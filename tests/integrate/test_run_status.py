@@ -173,7 +173,7 @@ def test_a_fixed_step_that_is_too_long_is_told_with_what_there_is(
 ) -> None:
     model = scene().freeze()
     if not suits(method, model):
-        pytest.skip("energy-momentum does not close loops")
+        pytest.skip("it does not run this scene")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", kf.SimulationWarning)
         trajectory = integrate(model, (0.0, 50 * step), method=method, step=step, output_step=step)

@@ -9,7 +9,7 @@ import numpy as np
 from kanefe.equations.model import Model
 from kanefe.integrate.methods.compiled import Compiled
 from kanefe.integrate.methods.kernel_set import Kernels, Memory
-from kanefe.integrate.methods.method import Method, kept_states
+from kanefe.integrate.methods.method import Method, kept_states, without_rigid_contacts
 from kanefe.tree.route import Form
 
 
@@ -50,15 +50,18 @@ def flies_freely(model: Model) -> bool:
         and not any(body.loads or body.field_loads for body in bodies)
         and not (np.any(model.gravity) and any(body.has_gravity for body in bodies))
         and all(marker.body >= 0 for load in model.loads for marker in load.ends)
+        and all(marker.body >= 0 for held in model.constraints for marker in held.ends)
     )
 
 
 def _serves(model: Model) -> str:
-    cannot = {
-        "conserves the energy of freely moving joints, and does not drive them": model.driven_count > 0,
-    }
-    reasons = [f"{what}. Remedy: method='auto'" for what, is_so in cannot.items() if is_so]
-    return kept_states(model) or (reasons[0] if reasons else "")
+    driven = [body.name for body in model.bodies if body.is_driven]
+    if driven:
+        return (
+            f"conserves the energy of freely moving joints, and does not drive that of {driven[0]!r}. Remedy: 'radau5' "
+            "or 'auto', whose energy balance the result tells"
+        )
+    return kept_states(model) or without_rigid_contacts(model)
 
 
 METHOD = Method(

@@ -20,6 +20,8 @@ whose energy is many times what b changes in truth, and b runs away as soon as `
 then mixed by Anderson's acceleration, which finds the few directions in which they answer each other. They start
 straight on from the last two steps; z of a mode turns by ``2 atan(h omega / 2)`` in each, and is turned on by that.
 
+Loops are held by z in the middle, and those of the end of the step are closed before it is weighed.
+
 What is kept is compared with its value at the start of the run, so that neither round-off nor an iteration left early
 adds up over the steps.
 """
