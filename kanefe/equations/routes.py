@@ -43,6 +43,17 @@ def newton_pattern(route: Route) -> TreePattern | None:
     return getattr(route, "newton_pattern", None)
 
 
+def newton_work(route: Any) -> float:
+    """Return how many products a factorisation that keeps the structure of a tree takes about; infinite: it does not.
+
+    In units of products in a dense matrix.
+    """
+    from kanefe.order_n.scene_in_tables import SceneInTables
+    from kanefe.order_n.tree_matrix import expected_work
+
+    return expected_work(route) if isinstance(route, SceneInTables) else np.inf
+
+
 def tree_matrix(route: Any) -> TreeMatrix:
     """Return the linearised equations of a scene that has a `newton_pattern`."""
     from kanefe.order_n.tree_matrix import TreeMatrix

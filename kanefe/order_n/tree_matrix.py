@@ -38,6 +38,9 @@ JOINT_SPEEDS = {Kind.FIXED: 0, Kind.INTERFACE: 0, Kind.SPHERICAL: 3, Kind.FREE: 
 LEAST_PRODUCTS = 500
 """Products of the elimination of a row of a tree, of a rigid body on a hinge: counted."""
 
+MOTION_OF_MODES = 30
+"""Products for a pair of modes of a body, with its motion and needs: counted."""
+
 DEARER = 1.6
 """Time of a product whose place is looked up, over that of one in a dense matrix: measured with chains of hinges, for
 which both ways take as long with 50 links."""
@@ -246,6 +249,15 @@ def keeps_structure(route: Evaluated) -> bool:
         and not any(bodies[f].is_exact for f in range(len(bodies)))
         and all(body_of_points(load, load.reach) < 0 for load in model.loads)
     )
+
+
+def expected_work(route: Evaluated) -> float:
+    """Return how many products elimination takes about, without making anything; infinite where matrices are dense."""
+    if not keeps_structure(route):
+        return np.inf
+    bodies = AllModalCoordinates(route.scene.flexible.bodies)
+    of_modes = sum(bodies[f].k ** 3 / 3 + MOTION_OF_MODES * bodies[f].k ** 2 for f in range(len(bodies)))
+    return DEARER * (LEAST_PRODUCTS * len(route.scene.tables.rows) + of_modes)
 
 
 def pattern_if_less(route: Evaluated) -> TreePattern | None:

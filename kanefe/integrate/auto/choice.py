@@ -161,7 +161,7 @@ def _check_options(method: Method, options: RunOptions, step: float | None) -> N
     if step is None and not method.has_error_control:
         raise ModelError(f"{method.name} needs a step in s")
     if step is not None and not method.has_fixed_steps:
-        raise ModelError(f"step has no meaning for {method.refuses_step or f'{method.name}, which chooses its own'}")
+        raise ModelError(f"step has no meaning for {method.name}, which chooses its own")
     if step is not None and rtol is not None:
         raise ModelError(f"rtol has no meaning for {method.name}, whose steps are fixed. Remedy: leave it out")
     if atol is not None and (step is not None or not method.takes_atol):

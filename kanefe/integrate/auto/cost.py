@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.equations.model import Model
-from kanefe.equations.routes import newton_pattern
+from kanefe.equations.routes import newton_work
 from kanefe.integrate.auto.vibrations import Vibrations
 from kanefe.integrate.methods.radau5 import of_order_three
 
@@ -66,9 +66,8 @@ def radau_work(model: Model, steps: float) -> float:
 
 def factors_of_radau(model: Model) -> float:
     """Return that of one real and one complex factorisation: of dense matrices, or of those of a tree."""
-    pattern = newton_pattern(model.route)
-    dense = PRODUCTS_OF_FACTORS * float(model.free_count + moving_states(model)) ** 3
-    return dense if pattern is None else 3.0 * PRODUCTS_OF_FACTORS * pattern.work
+    size = float(model.free_count + moving_states(model))
+    return PRODUCTS_OF_FACTORS * min(size**3, 3.0 * newton_work(model.route))
 
 
 def moving_states(model: Model) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kanefe.equations.model import Model
-from kanefe.equations.routes import newton_pattern
+from kanefe.equations.routes import newton_work
 from kanefe.integrate.auto.cost import (
     PRODUCTS_A_CALL,
     compiled_evaluation,
@@ -43,8 +43,9 @@ class WorkCounter:
     def __init__(self, model: Model, by_single_steps: bool, calls: int = 0) -> None:
         size = model.free_count + moving_states(model)
         self._evaluation = evaluation(model)
-        is_tree = newton_pattern(model.route) is not None
-        directions = min(model.free_count + size, DIRECTIONS_OF_TREE) if is_tree else model.free_count + size
+        directions = model.free_count + size
+        if 3.0 * newton_work(model.route) < size**3:
+            directions = min(directions, DIRECTIONS_OF_TREE)
         self._jacobian = OF_COMPLEX * directions * compiled_evaluation(model) + calls * PRODUCTS_A_CALL
         self._factors = 0.5 * factors_of_radau(model)  # compiled code reuses what it has read
         self._step = PRODUCTS_A_PYTHON_STEP if by_single_steps else 0.0

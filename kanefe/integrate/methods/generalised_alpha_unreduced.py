@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -18,18 +18,25 @@ from kanefe.errors import KanefeError
 from kanefe.frames import Vector
 from kanefe.integrate.dynamics import Dynamics
 from kanefe.integrate.methods.followed_states import FollowedStates
-from kanefe.integrate.methods.generalised_alpha import SPECTRAL_RADIUS
+from kanefe.integrate.methods.generalised_alpha import FIXED_RTOL, SPECTRAL_RADIUS
 from kanefe.integrate.methods.generalised_alpha_formula import GeneralisedAlpha, Step, doublings, no_step, within
 from kanefe.integrate.methods.method import Method
 from kanefe.integrate.methods.python_stepper import PythonStepper
-from kanefe.integrate.methods.unreduced_matrices import IterationMatrices, Reached, large_displacements
+from kanefe.integrate.methods.unreduced_matrices import (
+    IterationMatrices,
+    MeasuredStep,
+    NewtonStep,
+    Reached,
+    TriedEnd,
+    large_displacements,
+)
+from kanefe.integrate.stepper import StepFailure, beyond
 from kanefe.tree.model_data import QUADRATURES
 from kanefe.tree.route import Form
 
 if TYPE_CHECKING:
     from kanefe.integrate.stepper import StepControl
-    from kanefe.unreduced.bordered import Bordered
-    from kanefe.unreduced.route import Residual, UnreducedRoute
+    from kanefe.unreduced.route import UnreducedRoute
 
 LARGEST_ITERATIONS = 8
 
@@ -38,8 +45,8 @@ CONVERGED = 0.5
 accumulates in the speeds, and the error of the speeds in the coordinates: over N steps, to N^2 times its own size."""
 
 STALLED = 1e-3
-"""Error of the iteration relative to the permitted error of a step that is accepted if round-off prevents a smaller
-one."""
+"""Error of the iteration relative to the permitted error of a step, of fixed steps `FIXED_RTOL`, that is accepted with
+these, and where round-off prevents a smaller one."""
 
 SLOW = 0.3
 """Convergence rate of the iteration from which the border is computed again."""
@@ -57,33 +64,6 @@ FIRST_HALVINGS = 9
 """Number of halvings of the span that give the first trial step; it grows or shrinks from there."""
 
 LEAST_HALVINGS, MOST_HALVINGS = 3, 40
-
-
-class _End(NamedTuple):
-    """A trial of a step: its error, and the state at its end; z of the loads there."""
-
-    error: float
-    q: Vector
-    u: Vector
-    du: Vector
-    a: Vector
-    z: Vector
-
-
-class _Measured(NamedTuple):
-    """Error of a step of some size, and the size of its first Newton step, both against what is allowed."""
-
-    halvings: int
-    error: float
-    first: float
-
-
-class _Iteration(NamedTuple):
-    """A Newton step, and what it was found with."""
-
-    correction: Vector
-    residual: Residual
-    bordered: Bordered
 
 
 class UnreducedStepper(PythonStepper):
@@ -107,8 +87,11 @@ class UnreducedStepper(PythonStepper):
         self._model = dynamics.model
         self._scene = cast("UnreducedRoute", dynamics.route)  # its row is taken of no other
         self._formula = type(self).formula
-        self._reach = 1.0 / (control.rtol * large_displacements(self._scene))
+        self._step = control.step
+        self._reach = 1.0 / ((control.rtol if self._step is None else FIXED_RTOL) * large_displacements(self._scene))
         self._start, self._span, self._stop = start, stop - start, stop
+        if self._step is not None:
+            self._span = math.ldexp(self._step, FIRST_HALVINGS)
         self._halvings, self._states = FIRST_HALVINGS, FollowedStates()
         self._patience, self._calm, self._is_first = 1, 0, True
         self._matrices = IterationMatrices(self._scene, self._formula, self._span)
@@ -149,7 +132,7 @@ class UnreducedStepper(PythonStepper):
         self._move = np.zeros_like(self._u)
         self._begun: tuple[float, Step] | None = None
         self._matrices.bordered = None
-        self._rate, self._measured = 1.0, _Measured(-1, 0.0, 0.0)
+        self._rate, self._measured = 1.0, MeasuredStep(-1, 0.0, 0.0)
 
     def _powers(self, t: float, q: Vector, u: Vector, du: Vector, z: Vector) -> Vector:
         """Return the rates of the quadratures."""
@@ -183,7 +166,7 @@ class UnreducedStepper(PythonStepper):
         self._halvings, self._ticks, self._patience, self._calm = counters[:4]
         self._begin(np.concatenate([snapshot[name] for name in ("q", "u", "works")]))
         self._is_first, self._unmeasured = bool(counters[4]), counters[5]
-        self._rate, self._measured = rate, _Measured(counters[6], error, first)
+        self._rate, self._measured = rate, MeasuredStep(counters[6], error, first)
         self._du, self._a, self._power = (np.array(snapshot[name]) for name in ("du", "a", "power"))
         self._before = (self.t, self._q, self._u, self._du, self._quadratures)
         self._matrices.resume(snapshot, self._span)
@@ -199,10 +182,12 @@ class UnreducedStepper(PythonStepper):
 
     def _advance(self, target: float) -> None:
         """Take one accepted step, whose size does not depend on the outputs."""
+        if self._step is not None:
+            return self._advance_fixed(self._step)
         while True:
             h = math.ldexp(self._span, -self._halvings)
             if self.t + h > self._stop + 1e-9 * h:  # only after a restart: what is left has sizes of its own
-                self._span_the_rest()
+                self._span_anew(self._stop - self.t, LEAST_HALVINGS)
                 continue
             end, no_answer = None, None
             try:
@@ -227,13 +212,31 @@ class UnreducedStepper(PythonStepper):
         self._accept(h, end)
         self._grow(end.error)
 
-    def _span_the_rest(self) -> None:
-        t = self.t
-        self._start, self._span, self._ticks = t, self._stop - t, 0
-        self._halvings, self._measured, self._begun = LEAST_HALVINGS, _Measured(-1, 0.0, 0.0), None
-        self._matrices.clear(self._span)
+    def _advance_fixed(self, h: float) -> None:
+        """Take a given step, or what is left of the way if that is shorter."""
+        left = self._stop - self.t
+        h = h if h <= left * (1.0 + 1e-9) else left
+        if math.ldexp(self._span, -self._halvings) != h:
+            self._span_anew(math.ldexp(h, FIRST_HALVINGS), FIRST_HALVINGS)
+        for _ in range(2):  # a second time with a border of this state
+            try:
+                end = self._try(h)
+            except KanefeError as error:
+                raise beyond(error) from error
+            if end is not None:
+                return self._accept(h, end)
+            self._rejected += 1
+            self._matrices.renew(self._q)
+        reason = f"the Newton iteration of {self.name} does not converge with steps of {h:g} s"
+        raise StepFailure(reason, "a smaller step, or rtol instead", self._worst)
 
-    def _accept(self, h: float, end: _End) -> None:
+    def _span_anew(self, span: float, halvings: int) -> None:
+        """Count steps from here, as parts of another span."""
+        self._start, self._span, self._ticks = self.t, span, 0
+        self._halvings, self._measured, self._begun = halvings, MeasuredStep(-1, 0.0, 0.0), None
+        self._matrices.clear(span)
+
+    def _accept(self, h: float, end: TriedEnd) -> None:
         t1 = self.t + h
         q, u = self._closed(t1, end.q, end.u)
         power = self._powers(t1, q, u, end.du, end.z)
@@ -279,12 +282,13 @@ class UnreducedStepper(PythonStepper):
         x = ((times - t0) / (self.t - t0))[:, None]
         return np.asarray((1 - x) * du0 + x * self._du)
 
-    def _try(self, h: float) -> _End | None:
+    def _try(self, h: float) -> TriedEnd | None:
         """Return the end of a step of h, or None if the iteration does not converge."""
         if not self._model.free_count:
-            return _End(0.0, self._q, self._u, self._du, self._a, self._followed(h, self._q, self._u))
+            return TriedEnd(0.0, self._q, self._u, self._du, self._a, self._followed(h, self._q, self._u))
         du, first = self._du.copy(), 0.0
-        last, rate, allowed = 0.0, self._expected_rate(), math.ldexp(CONVERGED, -self._halvings)
+        allowed = math.ldexp(CONVERGED, -self._halvings) if self._step is None else STALLED
+        last, rate = 0.0, self._expected_rate()
         slowest = 0.0
         for iteration in range(LARGEST_ITERATIONS):
             done = self.iterate(h, du)
@@ -313,13 +317,13 @@ class UnreducedStepper(PythonStepper):
             self._matrices.bordered = None
         self._dynamics.evaluations = self._scene.evaluations
         q, u, a = self._reached(h, du)
-        error = self._expected_error(first)
+        error = self._expected_error(first) if self._step is None else 0.0
         if error is None:
             local = self._scene.inertia_of(self._formula.error(h, self._a, a), done.residual, q)
             filtered = done.bordered.solve(*local)
             error = self._size(self._scene.condensed.joined(filtered.z, filtered.parts))
             self._remember(error, first)
-        return _End(error, q, u, du, a, self._followed(h, q, u))
+        return TriedEnd(error, q, u, du, a, self._followed(h, q, u))
 
     def _size(self, move: Vector) -> float:
         """Return how large a move is against what is allowed, and remember which speed has the worst part."""
@@ -333,7 +337,7 @@ class UnreducedStepper(PythonStepper):
         known, self._unmeasured = self._measured, 0
         usual = 0.5 * known.first if known.halvings == self._halvings else 0.0
         scale = usual / first if 0.0 < first < usual else 1.0
-        self._measured = _Measured(self._halvings, scale * error, scale * first)
+        self._measured = MeasuredStep(self._halvings, scale * error, scale * first)
 
     def _expected_error(self, first: float) -> float | None:
         """Return the error that the last measured one lets expect; None if it is time to measure it.
@@ -346,7 +350,7 @@ class UnreducedStepper(PythonStepper):
         error = known.error * first / known.first if known.first else 0.0
         return error if max(error, known.error) < QUIET else None
 
-    def iterate(self, h: float, du: Vector) -> _Iteration | None:
+    def iterate(self, h: float, du: Vector) -> NewtonStep | None:
         """Return a Newton step for accelerations du at the end of a step of h; None if the residual is not finite.
 
         One residual and one solve with the factors of S.
@@ -359,7 +363,7 @@ class UnreducedStepper(PythonStepper):
         bordered, known = self._matrices.equations(self._halvings, found, at, self._q)
         solution = bordered.solve(found.twin, found.parts, known)
         self.iterations += 1
-        return _Iteration(self._scene.condensed.joined(solution.z, solution.parts), found, bordered)
+        return NewtonStep(self._scene.condensed.joined(solution.z, solution.parts), found, bordered)
 
     def _reached(self, h: float, du: Vector) -> tuple[Vector, Vector, Vector]:
         """Return q, u and the algorithmic acceleration at the end of a step with accelerations du there."""
@@ -391,6 +395,6 @@ METHOD = Method(
     about="for unreduced bodies, factored once per step size",
     stepper=UnreducedStepper,
     order=2,
-    refuses_step="unreduced bodies, whose run chooses its own. Remedy: rtol",
+    has_fixed_steps=True,
     form=Form.SUBSTRUCTURES,
 )

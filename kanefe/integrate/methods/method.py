@@ -77,8 +77,6 @@ class Method:
         Whether it can choose its steps, and whether it can take given ones.
     keeps_fixed_steps : bool
         Whether given steps go on over events of loads that would only end them, so that a step costs what it costs.
-    refuses_step : str
-        What is said where a given step is refused, after "step has no meaning for"; empty: the usual.
     takes_atol : bool
         Whether errors are measured component by component; else by the size of the bodies.
     least_rtol : float
@@ -102,7 +100,6 @@ class Method:
     has_error_control: bool = True
     has_fixed_steps: bool = False
     keeps_fixed_steps: bool = False
-    refuses_step: str = ""
     takes_atol: bool = False
     least_rtol: float = LEAST_RTOL
     is_plugged: bool = False

@@ -34,6 +34,33 @@ class Reached(NamedTuple):
     z: Vector
 
 
+class TriedEnd(NamedTuple):
+    """A trial of a step: its error, and the state at its end; z of the loads there."""
+
+    error: float
+    q: Vector
+    u: Vector
+    du: Vector
+    a: Vector
+    z: Vector
+
+
+class MeasuredStep(NamedTuple):
+    """Error of a step of some size, and the size of its first Newton step, both against what is allowed."""
+
+    halvings: int
+    error: float
+    first: float
+
+
+class NewtonStep(NamedTuple):
+    """A Newton step, and what it was found with."""
+
+    correction: Vector
+    residual: Residual
+    bordered: Bordered
+
+
 class IterationMatrices:
     """Factors and borders of ``M + gamma' h C + beta' h^2 K``, by how often the span is halved to give h.
 
