@@ -64,9 +64,9 @@ def test_an_unreduced_body_is_refused_by_all_others_with_the_reason(name: str, u
         row_for(unreduced.freeze(), name)
 
 
-def test_fixed_steps_of_unreduced_bodies_are_refused(unreduced: kf.System) -> None:
-    with pytest.raises(kf.ModelError, match="step has no meaning for unreduced bodies, whose run chooses its own"):
-        unreduced.simulate((0.0, 1.0), step=0.1)
+def test_an_unreduced_body_takes_given_steps(unreduced: kf.System) -> None:
+    done = unreduced.simulate((0.0, 0.1), step=0.01, output_step=0.05).statistics
+    assert (done["method"], done["steps"], done["factorisations"]) == ("generalised-alpha", 10, 1)
 
 
 def test_the_list_has_a_line_for_every_row() -> None:
