@@ -48,10 +48,11 @@ def newton_work(route: Any) -> float:
 
     In units of products in a dense matrix.
     """
-    from kanefe.order_n.scene_in_tables import SceneInTables
+    if not hasattr(type(route), "newton_pattern"):
+        return np.inf
     from kanefe.order_n.tree_matrix import expected_work
 
-    return expected_work(route) if isinstance(route, SceneInTables) else np.inf
+    return expected_work(route)
 
 
 def tree_matrix(route: Any) -> TreeMatrix:
