@@ -12,11 +12,13 @@ from kanefe.storage.forks import renew_locks_in_children
 if TYPE_CHECKING:
     from kanefe import fatigue as fatigue
     from kanefe import studies as studies
+    from kanefe.accuracy import Accuracy as Accuracy
     from kanefe.batches import simulate_many as simulate_many
     from kanefe.bodies.exact.strain_basis import BSpline as BSpline
     from kanefe.bodies.exact.strain_basis import Legendre as Legendre
     from kanefe.bodies.flexible import FlexibleBody as FlexibleBody
     from kanefe.bodies.segmented import SegmentedBody as SegmentedBody
+    from kanefe.certified import *  # noqa: F403
     from kanefe.contact import *  # noqa: F403
     from kanefe.contact import shapes as shapes
     from kanefe.environment import *  # noqa: F403

@@ -22,6 +22,7 @@ from kanefe.results.table_reader import TableReader
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from kanefe.accuracy import Accuracy
     from kanefe.results.force_errors import ForceError
     from kanefe.views.player.drawn_modes import StressField
     from kanefe.views.player.page import Page
@@ -54,6 +55,8 @@ class Result(TableReader):
     True
     """
 
+    _accuracy: Accuracy | None = None
+
     def __init__(self, model: Model, trajectory: Trajectory) -> None:
         super().__init__(RunChannels(model, trajectory))
 
@@ -82,6 +85,21 @@ class Result(TableReader):
             return []
         rows = np.unique(np.linspace(0, len(self.times) - 1, LOOKED_AT).round().astype(int))
         return missed_statics([Instant(run.model, self.times[row], run.states[row]) for row in rows])
+
+    @property
+    def accuracy(self) -> Accuracy:
+        """How wrong it may be, of a run that was asked for an accuracy: `kanefe.Accuracy`; ``print`` shows a table.
+
+        Raises
+        ------
+        ModelError
+            If it was not.
+        """
+        if self._accuracy is None:
+            raise ModelError(
+                "this run was not asked for an accuracy. Remedy: scene.simulate(..., accuracy=1e-3, of=['position arm'])"
+            )
+        return self._accuracy
 
     def raise_for_status(self) -> None:
         """Raise a SimulationError with the cause if the run failed.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from kanefe.equations.given_state import slack_time
 from kanefe.equations.model import Model, is_for_many
 from kanefe.equations.planar_inertia import check_planar_inertias
 from kanefe.equations.start import model_at_start, scene_model
+from kanefe.errors import ModelError
 from kanefe.fmu.stepping_methods import SteppingMethods
 from kanefe.scene.constraints import ConstraintMethods
 from kanefe.scene.contacts import ContactMethods
@@ -195,7 +196,7 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         model = self.freeze(t)
         return start_report(model.route, t, model.initial_state)
 
-    @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress", "record_file")
+    @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress", "record_file", "accuracy", "most_memory")
     def simulate(
         self,
         t_span: tuple[float, float],
@@ -203,9 +204,13 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         start: Start = None,
         record: Named | Record | Sequence[str | Record] = (),
         record_file: str | Path | None = None,
+        accuracy: float | None = None,
+        of: Any = (),
+        most_memory: float | None = None,
+        stiffer: str | Sequence[str] = (),
         **options: Unpack[RunKeywords],
     ) -> Result:
-        """Run the scene.
+        """Run the scene; with `accuracy` or `of` as often and as finely as that asks for.
 
         A run that fails returns its results so far, with a `RunStatus` that names the failure, its time, the body or
         mode, and a remedy, and issues a `SimulationWarning`; ``result.raise_for_status()`` raises it as an error.
@@ -229,6 +234,17 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
             File for the records, in place of memory. It is written as the run goes on, and `kanefe.load_records`
             reads it at any time, also after the process was killed; when the run ends, it becomes an HDF5 file. If its
             disk is full, the run goes on without.
+        accuracy : float, optional
+            Largest relative error of what `of` names, from steps, modes, stiffening, meshes and outputs together: the
+            scene is run several times, with one of these finer than before, until what they change says that it is met.
+            The result is that of the last run; ``print(result.accuracy)`` has the bound, and the error by source.
+        of : str, callable, Quantity, or sequence or mapping of these, optional
+            What has the accuracy: channels, as in `record`, or functions of the result. `kanefe.Quantity` gives each an
+            accuracy of its own.
+        most_memory : float, optional
+            Memory of the process that an accuracy may take, bytes; its runs may take `most_seconds` together.
+        stiffer : str or sequence of str, optional
+            Contacts whose friction anchors are part of the error, against rigid ones. Laws of others are data.
         **options
             The other parameters below.
 
@@ -305,6 +321,13 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         >>> result.events["lowest"].round(6)
         array([0.483334])
         """
+        if accuracy is not None or isinstance(of, str) or callable(of) or of != ():
+            from kanefe.certified.run import certified_run
+
+            more = {"most_memory": most_memory, "stiffer": stiffer, "record": record, "record_file": record_file}
+            return certified_run(self, t_span, accuracy, of, {**options, **more, "start": start})
+        if most_memory is not None or stiffer:
+            raise ModelError("most_memory and stiffer are of runs with an accuracy. Remedy: accuracy=1e-3, of=[...]")
         from kanefe.integrate.options import RunOptions
         from kanefe.integrate.run import run
         from kanefe.integrate.run_checks.energy_check import account
