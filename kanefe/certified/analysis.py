@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.arguments import checked
 from kanefe.accuracy import Accuracy
+from kanefe.arguments import checked
+from kanefe.certified.bodies_made import BodiesMade
 from kanefe.certified.body_sources import body_sources
 from kanefe.certified.choice import Levels, settings
 from kanefe.certified.quantity import Of, quantities_of
 from kanefe.certified.report_of_search import accuracy_of
-from kanefe.certified.bodies_made import BodiesMade
 from kanefe.certified.run import shown
 from kanefe.certified.search import Limits, Search
 from kanefe.certified.trial import Trial, timed
@@ -105,7 +105,9 @@ def certify(
     quantities = quantities_of(of, accuracy)
     texts = [quantity.title for quantity in quantities if isinstance(quantity.what, str)]
     if texts:
-        raise ModelError(f"of={texts[0]!r}: channels are those of runs. Remedy: a function of what the analysis returns")
+        raise ModelError(
+            f"of={texts[0]!r}: channels are those of runs. Remedy: a function of what the analysis returns"
+        )
     found, kept = body_sources(scene)
     sources = tuple(found)
     if not sources:

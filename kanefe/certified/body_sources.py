@@ -99,7 +99,7 @@ def _choice(names: Sequence[str], text: str, changes: Mapping[str, Any]) -> Choi
     """Return a level of bodies that are rebuilt with changes; without any it has no code."""
     given = ", ".join(f"{name}={value!r}" for name, value in changes.items())
     code = "\n".join(f"{name}: body.rebuilt({given})" for name in names) if changes else ""
-    return Choice(text, code, bodies={name: changes for name in names} if changes else {})
+    return Choice(text, code, bodies=dict.fromkeys(names, changes) if changes else {})
 
 
 def _modes(names: Sequence[str], body: FlexibleBody, gravity: bool) -> Source | Kept:

@@ -48,6 +48,8 @@ class Source:
         Whether the last level leaves no error of this source.
     is_inner : bool
         Whether one evaluation has both levels of a pair in it.
+    is_noise : bool
+        Whether its error is in the pairs of all other sources.
     memory : float
         Factor by which a level more may enlarge the memory of the process.
     """
@@ -58,6 +60,7 @@ class Source:
     first: int = 0
     is_exact: bool = False
     is_inner: bool = False
+    is_noise: bool = False
     memory: float = 1.0
 
 

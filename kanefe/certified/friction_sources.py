@@ -28,14 +28,20 @@ def anchor_sources(scene: Any, stiffer: str | Sequence[str]) -> tuple[list[Sourc
     for name in wanted:
         if name not in contacts:
             did = did_you_mean(name, contacts)
-            raise ModelError(f"stiffer={name!r}: there is no such contact. {did}There are: {', '.join(contacts) or 'none'}")
+            raise ModelError(
+                f"stiffer={name!r}: there is no such contact. {did}There are: {', '.join(contacts) or 'none'}"
+            )
         if not getattr(getattr(contacts[name], "friction", None), "spring", 0.0):
             raise ModelError(f"stiffer={name!r}: this contact has no friction anchors")
     sources = [
         Source(
             f"friction anchors of {name}",
             tuple(
-                Choice(f"{factor:g} times as stiff", f"{name}: {factor:g} times the stiffness of anchors", anchors={name: factor})
+                Choice(
+                    f"{factor:g} times as stiff",
+                    f"{name}: {factor:g} times the stiffness of anchors",
+                    anchors={name: factor},
+                )
                 if factor > 1.0
                 else Choice("as given")
                 for factor in FACTORS

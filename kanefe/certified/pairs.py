@@ -43,17 +43,23 @@ class Pair(NamedTuple):
     level : int
         The finer one.
     jump : int
-        How many levels it is above the coarser one.
+        How many levels it is above the coarser one, as far as these are apart: see `Search`.
     apart : ndarray, shape (quantities,)
         Differences of the quantities, each in its unit.
     is_alike : bool
         Whether both had the same events in the same order.
+    coarse : int
+        The coarser level.
+    method : str
+        Of integration of the answer from then on.
     """
 
     level: int
     jump: int
     apart: np.ndarray
     is_alike: bool = True
+    coarse: int = 0
+    method: str = ""
 
 
 class Left(NamedTuple):
@@ -87,9 +93,7 @@ def left_of(pairs: list[Pair], assumed: float = ASSUMED) -> Left:
         errors = SAFETY * last.apart * share / (1.0 - share)
         return Left(errors, np.full(len(errors), np.nan), np.zeros(len(errors), bool))
     before = pairs[-2]
-    found = [
-        _left(coarse, before.jump, fine, last.jump) for coarse, fine in zip(before.apart, last.apart, strict=True)
-    ]
+    found = [_left(coarse, before.jump, fine, last.jump) for coarse, fine in zip(before.apart, last.apart, strict=True)]
     errors, ratios, erratic = (np.array(column) for column in zip(*found, strict=True))
     return Left(errors, ratios, erratic.astype(bool))
 
@@ -102,7 +106,7 @@ def _left(coarse: float, jump: int, fine: float, last_jump: int) -> tuple[float,
     if ratio > NOT_FALLING:
         return SAFETY * max(coarse, fine) * NOT_FALLING / (1.0 - NOT_FALLING), ratio, True
     believed = max(ratio, LEAST) ** last_jump
-    apart = max(fine, LEAST**jump * coarse)
+    apart = max(fine, coarse * LEAST**jump * (1.0 - LEAST**last_jump) / (1.0 - LEAST**jump))
     return SAFETY * apart * believed / (1.0 - believed), ratio, False
 
 

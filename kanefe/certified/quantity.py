@@ -167,7 +167,9 @@ class Values(NamedTuple):
             If those have another shape.
         """
         if self.unit and self.values.shape[1:] == other.values.shape[1:] and len(self.values) != len(other.values):
-            common = min(len(self.values), len(other.values)) - 1  # runs that end at an event, each at a time of its own
+            common = (
+                min(len(self.values), len(other.values)) - 1
+            )  # runs that end at an event, each at a time of its own
             return self._measured(self.values[:common] - other.values[:common])
         if self.values.shape != other.values.shape:
             raise ModelError(
@@ -257,7 +259,12 @@ def refuse_constant(quantity: Quantity, values: Values) -> None:
     flat = values.values.reshape(len(values.values), -1)
     if quantity.absolute is None and values.size == 0.0:
         raise ModelError(f"quantity {values.title!r} is zero: it has no relative accuracy. Remedy: absolute=")
-    if quantity.over in {"time", "rms"} and isinstance(quantity.what, str) and len(flat) > 1 and not np.ptp(flat, 0).any():
+    if (
+        quantity.over in {"time", "rms"}
+        and isinstance(quantity.what, str)
+        and len(flat) > 1
+        and not np.ptp(flat, 0).any()
+    ):
         raise ModelError(
             f"quantity {values.title!r} is constant, {flat[0].tolist()}: there is nothing to bound. Remedy: another one"
         )

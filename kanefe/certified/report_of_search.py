@@ -50,11 +50,7 @@ def _source(search: Search, number: int) -> SourceOfError:
     else:
         errors, worst = left.errors, int(np.argmax(left.errors / search.allowed))
         ratio = float(left.ratios[worst])
-    levels = tuple(
-        dict.fromkeys(
-            source.choices[at].text for pair in pairs for at in (pair.level - pair.jump, pair.level)
-        )
-    )
+    levels = tuple(dict.fromkeys(source.choices[at].text for pair in pairs for at in (pair.coarse, pair.level)))
     notes = []
     if left is not None and left.is_erratic.any():
         notes.append("differences do not fall")

@@ -145,7 +145,9 @@ class _Runs:
         bodies, making = self._bodies.of(chosen)
         (result, values, sampled), seconds, texts = timed(lambda: self._read(self._run(chosen, bodies)))
         whole = result.status.kind != "failed" and "Ctrl-C" not in result.status.reason
-        return Trial(levels, result, values, np.array(sampled), _order(result), seconds + making, texts, whole)
+        return Trial(
+            levels, result, values, np.array(sampled), _order(result), seconds + making, texts, whole, *_steps(result)
+        )
 
     def _read(self, result: Result) -> tuple[Result, list[Values], list[float]]:
         """Return a result with its quantities, and how far these change with every second output alone."""
@@ -177,6 +179,11 @@ class _Runs:
             options["start"] = start(scene)
         result: Result = scene.simulate(self._span, **options)
         return result
+
+
+def _steps(result: Result) -> tuple[str, int]:
+    """Return method and number of steps of a run."""
+    return str(result.statistics["method"]), int(result.statistics["steps"])
 
 
 def _halvings(asked: np.ndarray, times: np.ndarray) -> int:

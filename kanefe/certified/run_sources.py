@@ -17,7 +17,7 @@ LOOSEST, TIGHTEST = 1e-3, 1e-12
 HALVINGS = 8
 """Number of times that a fixed step may be halved."""
 
-DENSER = 4
+DENSER = 7
 """Number of times that output times may be doubled."""
 
 
@@ -31,6 +31,7 @@ def step_source(options: RunOptions, given: Mapping[str, Any], quantities: Seque
         return Source(
             "steps in time",
             tuple(Choice(f"steps of {step:.4g} s", f"step={step!r}", {"step": step}) for step in steps),
+            is_noise=True,
         )
     wanted = min((quantity.relative for quantity in quantities if quantity.relative is not None), default=1e-3)
     first = options.rtol or min(max(0.1 * wanted, TIGHTEST), LOOSEST)
@@ -43,7 +44,7 @@ def step_source(options: RunOptions, given: Mapping[str, Any], quantities: Seque
             changes["atol"] = float(f"{options.atol or 0.0:.6g}") / 10**level
         code = ", ".join(f"{name}={value:.6g}" for name, value in changes.items())
         choices.append(Choice(f"rtol {rtol:.3g}", code, changes))
-    return Source("steps in time", tuple(choices))
+    return Source("steps in time", tuple(choices), is_noise=True)
 
 
 def output_source(options: RunOptions) -> Source:

@@ -24,11 +24,21 @@ from kanefe.errors import KanefeError, ModelError
 SMALL = 0.1
 """Share of what is allowed below which the error of a source at its coarser level is kept."""
 
+QUIET = 0.2
+"""Share of what is allowed above which steps in time are raised before other sources."""
+
+MORE_STEPS = 1.1
+"""Ratio of the numbers of steps of two tolerances below which they are one: nearly the same steps have nearly the same
+error, which their difference does not show. Then a tolerance more is tried, as if it were the next level."""
+
+NOISE = 0
+"""Number of the source that is in all pairs, if there is one."""
+
 FINEST = 0.01
 """Smallest bound that is stated, of what is allowed: differences far below that measure chance."""
 
-MOST_WORK = 3.0
-"""Work of all evaluations, relative to that of the last one, above which no further pair checks the statement."""
+CHECK = 0.25
+"""Work of the pair that checks the statement, relative to that of all others, above which it is not evaluated."""
 
 FARTHEST = 2
 """Largest number of levels by which a source is raised at once."""
@@ -93,7 +103,7 @@ class Search:
 
     def run(self) -> None:
         """Search; afterwards `best`, `lefts`, `reason` and the rest say what was found."""
-        self._began = time.monotonic()
+        self._began, self._last = time.monotonic(), -1
         try:
             self._start()
             self._climb()
@@ -108,6 +118,8 @@ class Search:
         """Raise sources until the bound is met or nothing is left to be raised."""
         while self.reason == "":
             source = self._next()
+            if source is None and self._is_met() and self._is_stale():
+                source = NOISE
             if source is None:
                 if self._is_met() and self._check():
                     continue
@@ -182,6 +194,8 @@ class Search:
     def _next(self) -> int | None:
         """Return the source to be raised; None if there is none, or no need."""
         lefts, allowed = self.lefts, self.allowed
+        if self._is_noisy(lefts):
+            return NOISE
         for number, left in enumerate(lefts):
             if left is None and self._can_rise(number):
                 return number
@@ -195,8 +209,29 @@ class Search:
         worst = max(weights, key=lambda number: weights[number], default=None)
         return worst if worst is not None and weights[worst] > 0.0 else None
 
+    def _is_noisy(self, lefts: list[Left | None]) -> bool:
+        """Return whether steps in time are to be raised first, whose errors are in all other pairs.
+
+        Of stiff scenes they are larger with more modes and finer meshes, so that differences of these do not fall.
+        """
+        if not self.sources[NOISE].is_noise or not self._can_rise(NOISE) or self._is_stuck(NOISE):
+            return False
+        own = lefts[NOISE]
+        erratic = any(
+            left is not None and bool(np.any(left.is_erratic & (left.errors > self.allowed))) for left in lefts
+        )
+        return own is None or bool(np.any(own.errors > QUIET * self.allowed)) or (erratic and self._last != NOISE)
+
+    def _is_stale(self) -> bool:
+        """Return whether steps in time were looked at with another method of integration than that of the answer."""
+        pairs = self.pairs.get(NOISE)
+        is_other = pairs is not None and pairs[-1].method != self.best.method
+        return is_other and self.sources[NOISE].is_noise and self._can_rise(NOISE)
+
     def _is_hopeless(self) -> bool:
         """Return whether a source that cannot be raised has more than is allowed alone."""
+        if any(source.memory > 1.0 and self._can_rise(number) for number, source in enumerate(self.sources)):
+            return False
         ends = [left for number, left in enumerate(self.lefts) if left is not None and not self._can_rise(number)]
         return any(bool(np.any(left.errors > self.allowed)) for left in ends)
 
@@ -221,30 +256,51 @@ class Search:
         return int(np.clip(wanted, 1, min(FARTHEST, room)))
 
     def _raise(self, number: int) -> None:
-        source, before = self.sources[number], self.best
+        before, self._last = self.best, number
         jump = self._jump(number)
-        levels = (*before.levels[:number], before.levels[number] + jump, *before.levels[number + 1 :])
-        try:
-            trial = self._evaluated(levels)
-        except ModelError as error:
-            self._give_up(number, str(error))
+        trial = self._raised(number, jump)
+        if trial is None and jump > 1:
+            trial, jump = self._raised(number, 1), 1
+        if trial is None:
             return
-        if not trial.is_whole:
-            self._give_up(number, str(trial.answer.status))
-            return
+        jump = 1 if trial.levels[number] > before.levels[number] + jump else jump
         pairs = self.pairs.setdefault(number, [])
-        if pairs and pairs[-1].level > before.levels[number]:
-            pairs.pop()
-        pairs.append(Pair(levels[number], jump, trial.apart(before), trial.events == before.events))
+        if pairs and (pairs[-1].level > before.levels[number] or (number == NOISE and self._is_stale())):
+            pairs.clear()
+        apart = trial.apart(before)
+        if pairs or np.any(SAFETY * apart > SMALL * self.allowed):
+            self.best = trial
+        pairs.append(
+            Pair(
+                trial.levels[number],
+                jump,
+                apart,
+                trial.events == before.events,
+                before.levels[number],
+                self.best.method,
+            )
+        )
         self.growth[number] = max(trial.seconds / max(before.seconds, 1e-9), 1.05) ** (1.0 / jump)
         self.evaluations += 1
-        if len(pairs) > 1 or np.any(SAFETY * pairs[-1].apart > SMALL * self.allowed):
-            self.best = trial
         self.tell(self.evaluations, float(np.max(self.bounds / self.allowed)))
 
-    def _give_up(self, number: int, why: str) -> None:
-        """Leave a source at its level, which cannot be raised."""
-        self.exhausted[number] = why
+    def _raised(self, number: int, jump: int) -> Trial | None:
+        """Return the evaluation with a source raised; None, with the reason kept, where there is none."""
+        levels, source = self.best.levels, self.sources[number]
+        level = levels[number] + jump
+        try:
+            trial = self._evaluated((*levels[:number], level, *levels[number + 1 :]))
+            while source.is_noise and trial.steps < MORE_STEPS * self.best.steps and level + 1 < len(source.choices):
+                level += 1
+                trial = self._evaluated((*levels[:number], level, *levels[number + 1 :]))
+        except ModelError as error:
+            self.exhausted[number] = str(error)
+            return None
+        if not trial.is_whole:
+            self.exhausted[number] = str(trial.answer.status)
+            return None
+        self.exhausted = {} if source.memory > 1.0 else self.exhausted  # a finer mesh has more modes
+        return trial
 
     def _may_go_on(self, number: int) -> bool:
         """Return whether limits of time and memory leave room for raising a source; say if not."""
@@ -283,19 +339,21 @@ class Search:
         number = int(np.random.default_rng(SEED).choice(possible))
         last = self.pairs[number][-1]
         expected = self.best.seconds / self.growth[number] ** last.jump
-        if self.spent + expected > MOST_WORK * self.best.seconds:
+        if expected > CHECK * self.spent:
+            share = expected / self.spent
             self.checked = (
-                f"not checked: with one more evaluation all would take {(self.spent + expected) / self.best.seconds:.2g} "
-                f"times the work of the last one, more than {MOST_WORK:g}"
+                f"not checked: one more pair would add {100 * share:.0f} % to the work, more than {100 * CHECK:g} %"
             )
             return False
         levels = list(self.best.levels)
-        levels[number] -= last.jump
+        levels[number] = last.coarse
         lowered = self._evaluated(tuple(levels))
         apart = self.best.apart(lowered)
         counts = np.maximum(apart, last.apart) > 1e-3 * self.allowed
         self.effectivity = float(np.max(np.where(counts, apart / np.maximum(last.apart, 1e-300), 0.0), initial=0.0))
-        self.checked = f"{self.sources[number].name}: the pair at the final setting is {self.effectivity:.2g} of the stated"
+        self.checked = (
+            f"{self.sources[number].name}: the pair at the final setting is {self.effectivity:.2g} of the stated"
+        )
         self.pairs[number][-1] = last._replace(apart=np.maximum(apart, last.apart))
         return not self._is_met()
 
@@ -326,5 +384,5 @@ def cheapest(search: Search) -> Levels:
             more = bounds + SAFETY * pair.apart
             if np.any(more > allowed):
                 break
-            bounds, levels[number] = more, pair.level - pair.jump
+            bounds, levels[number] = more, pair.coarse
     return tuple(levels)

@@ -34,6 +34,8 @@ class Trial:
         Warnings.
     is_whole : bool
         Whether it was finished.
+    method : str
+        Of integration.
     """
 
     levels: Levels
@@ -44,6 +46,8 @@ class Trial:
     seconds: float = 0.0
     texts: Sequence[warnings.WarningMessage] = field(default_factory=list)
     is_whole: bool = True
+    method: str = ""
+    steps: int = 0
 
     def apart(self, other: Trial) -> np.ndarray:
         """Return how far the quantities of two trials are apart."""

@@ -23,7 +23,7 @@ class KnownScene:
     ----------
     name : str
     build : callable
-        ``build(fine) -> System``; fine: with bodies of far more modes and elements.
+        ``build(level) -> System``; 0: as a user would; 1 and 2: with bodies of far more modes and elements.
     span : float
         s.
     of : list of Quantity
@@ -33,17 +33,28 @@ class KnownScene:
     """
 
     name: str
-    build: Callable[[bool], kf.System]
+    build: Callable[[int], kf.System]
     span: float
     of: list[kf.Quantity]
     accuracy: float
     held: list[Any] = field(default_factory=list)
 
-    def reference(self, times: np.ndarray) -> list[Any]:
-        """Return the values of the quantities, by brute force."""
-        result = self.build(True).simulate((0.0, self.span), rtol=1e-11, output_times=dense(times, 8), most_seconds=120.0)
-        result.raise_for_status()
-        return [values for quantity in self.of for values in quantity.read(result, 8)]
+    def read(self, result: kf.Result, count: int) -> list[Any]:
+        """Return the values of the quantities, of a result with so many outputs for each."""
+        return [values for quantity in self.of for values in quantity.read(result, count)]
+
+    def reference(self, times: np.ndarray) -> tuple[list[Any], np.ndarray]:
+        """Return the values of the quantities at some times, by brute force, and how far they are known.
+
+        They are known as far as a second run with a lesser model, a looser tolerance and half the outputs gives them.
+        """
+        runs = []
+        for level, rtol, count in ((1, 1e-10, 4), (2, 1e-11, 8)):
+            options = {"output_times": dense(times, count), "most_seconds": 120.0}
+            result = self.build(level).simulate((0.0, self.span), rtol=rtol, **options)
+            assert result.status.is_finished
+            runs.append(self.read(result, count))
+        return runs[1], np.array([a.apart(b) for a, b in zip(*runs, strict=True)])
 
 
 def dense(times: np.ndarray, count: int) -> np.ndarray:
@@ -76,16 +87,16 @@ def beam_scene(rng: np.random.Generator) -> KnownScene:
         lambda t: angle / span * rate * np.sin(rate * t),
     )
 
-    def build(fine: bool) -> kf.System:
+    def build(level: int) -> kf.System:
         model = straight_beam(
-            length, Rectangle(width, height), material, elements=64 if fine else elements, planar=True
+            length, Rectangle(width, height), material, elements=(elements, 32, 64)[level], planar=True
         )
         held.append(model)
-        loads = ("gravity", "angular acceleration", "centrifugal") if fine else ()
-        reduction = kf.CraigBampton(modes=24 if fine else modes, loads=loads)
+        loads = ("gravity", "angular acceleration", "centrifugal") if level else ()
+        reduction = kf.CraigBampton(modes=(modes, 16, 32)[level], loads=loads)
         interfaces = {"root": "clamped", "tip": "rigid"}
         damping = kf.RayleighDamping(stiffness=ratio / (np.pi * slowest))
-        body = beam_body(model, interfaces, reduction, damping, stiffening="full" if fine else "none")
+        body = beam_body(model, interfaces, reduction, damping, stiffening="full" if level else "none")
         scene = kf.System(gravity=(0, -9.81 if kind == "gravity" else 0.0, 0))
         joint = kf.Revolute("z", motion=turned) if kind == "driven" else kf.Fixed()
         beam = scene.add_flexible_body("beam", body, joint=joint)
@@ -110,7 +121,7 @@ def rigid_scene(rng: np.random.Generator) -> KnownScene:
     damping = rng.uniform(0.0, 0.5, count)
     span = rng.uniform(0.5, 3.0)
 
-    def build(fine: bool) -> kf.System:
+    def build(level: int) -> kf.System:
         scene = kf.System(gravity=(0, -9.81, 0))
         parent: Any = scene.ground
         for i in range(count):
@@ -119,7 +130,9 @@ def rigid_scene(rng: np.random.Generator) -> KnownScene:
             joint = kf.Revolute("z", position=float(starts[i]), forces=hold)
             inertia = float(masses[i] * lengths[i] ** 2 / 12)
             com = (0.5 * float(lengths[i]), 0.0, 0.0)
-            parent = scene.add_rigid_body(f"rod {i}", float(masses[i]), inertia, com=com, parent=parent, at=at, joint=joint)
+            parent = scene.add_rigid_body(
+                f"rod {i}", float(masses[i]), inertia, com=com, parent=parent, at=at, joint=joint
+            )
         return scene
 
     last = f"rod {count - 1}"
@@ -137,7 +150,7 @@ def contact_scene(rng: np.random.Generator) -> KnownScene:
     speed, mu = rng.uniform(0.2, 2.0), rng.uniform(0.1, 0.6)
     fall = np.sqrt(2 * height / 9.81)
 
-    def build(fine: bool) -> kf.System:
+    def build(level: int) -> kf.System:
         scene = kf.System(gravity=(0, 0, -9.81))
         joint = kf.Free(position=(0.0, 0.0, radius + height), velocity=(speed, 0.0, 0.0))
         ball = scene.add_rigid_body("ball", mass, 0.4 * mass * radius**2, joint=joint)
