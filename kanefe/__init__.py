@@ -92,7 +92,6 @@ if TYPE_CHECKING:
     from kanefe.records.record import Record as Record
     from kanefe.records.record_file import load_records as load_records
     from kanefe.reduction import CraigBampton as CraigBampton
-    from kanefe.reduction import Enriched as Enriched
     from kanefe.reduction import FreeInterface as FreeInterface
     from kanefe.reduction import Krylov as Krylov
     from kanefe.reduction import LoadCase as LoadCase

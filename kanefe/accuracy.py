@@ -6,9 +6,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-WIDTH = 96
-"""Width of a line of text, characters."""
-
 
 @dataclass(frozen=True, eq=False)
 class SourceOfError:
@@ -69,7 +66,7 @@ class Accuracy:
         The same in words.
     evaluations : int
     seconds, last_seconds : float
-        CPU time of all evaluations, and of the last one, s.
+        CPU time of all evaluations, and of that of the answer with the making of its bodies, s.
     setting : str
         The setting of the answer, as code to paste.
     cheapest : str
@@ -94,15 +91,15 @@ class Accuracy:
 
     @property
     def work(self) -> float:
-        """CPU time of all evaluations, relative to that of the last one."""
+        """CPU time of all evaluations, relative to that of the answer."""
         return self.seconds / max(self.last_seconds, 1e-9)
 
     def __str__(self) -> str:
         head = "accuracy met" if self.is_met else f"accuracy not met: {self.reason}"
         lines = [head, *self._of_quantities(), "", *self._of_sources(), ""]
         lines.append(
-            f"{self.evaluations} evaluations, {self.seconds:.3g} s of CPU: {self.work:.2g} times the last one; checked: "
-            f"{self.checked or 'no'}"
+            f"{self.evaluations} evaluations, {self.seconds:.3g} s of CPU: {self.work:.2g} times that of the answer; "
+            f"checked: {self.checked or 'no'}"
         )
         for title, code in (("setting", self.setting), ("cheapest setting that is enough", self.cheapest)):
             if code:
@@ -110,7 +107,7 @@ class Accuracy:
         return "\n".join(lines)
 
     def _of_quantities(self) -> list[str]:
-        rows = [("quantity", "size", "bound", "relative", "allowed")]
+        rows: list[tuple[str, ...]] = [("quantity", "size", "bound", "relative", "allowed")]
         for i, name in enumerate(self.quantities):
             unit, size = self.units[i], self.sizes[i]
             share = f"{self.bounds[i] / size:.1e}" if size > 0.0 else "-"
@@ -120,7 +117,7 @@ class Accuracy:
 
     def _of_sources(self) -> list[str]:
         """Return a row for each source: the part of what is allowed that it takes of the worst quantity."""
-        rows = [("source", "chosen", "error / allowed", "falls by", "note")]
+        rows: list[tuple[str, ...]] = [("source", "chosen", "error / allowed", "falls by", "note")]
         for source in self.sources:
             share = np.max(source.errors / self.allowed) if len(source.errors) else np.nan
             falls = f"1/{1.0 / source.ratio:.2g}" if source.ratio > 0.0 else ""

@@ -97,7 +97,7 @@ class Result(TableReader):
         """
         if self._accuracy is None:
             raise ModelError(
-                "this run was not asked for an accuracy. Remedy: scene.simulate(..., accuracy=1e-3, of=['position arm'])"
+                "this run was not asked for an accuracy. Remedy: simulate(..., accuracy=1e-3, of=['position tip'])"
             )
         return self._accuracy
 

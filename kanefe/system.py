@@ -196,7 +196,10 @@ class System(SegmentMethods, ContactMethods, FieldLoadMethods, ConstraintMethods
         model = self.freeze(t)
         return start_report(model.route, t, model.initial_state)
 
-    @checked("method", "output_times", "checkpoint", "resume", "most_steps", "progress", "record_file", "accuracy", "most_memory")
+    @checked(
+        *("method", "output_times", "checkpoint", "resume", "most_steps", "progress", "record_file"),
+        *("accuracy", "most_memory"),
+    )
     def simulate(
         self,
         t_span: tuple[float, float],

@@ -35,6 +35,8 @@ ROOMS = {
     "linear": "Equilibria and small motions",
     "screening": "Screened runs",
     "batches": "Many runs at once",
+    "certified": "Answers with a bound",
+    "accuracy": "How wrong an answer may be",
     "studies": "Studies",
     "fatigue": "Fatigue",
     "frames": "Rotations",

@@ -19,9 +19,9 @@ from kanefe.certified.report_of_search import accuracy_of
 from kanefe.certified.run import shown
 from kanefe.certified.search import Limits, Search
 from kanefe.certified.trial import Trial, timed
-from kanefe.certified.varied_scene import varied_scene
+from kanefe.certified.values import values_of
 from kanefe.errors import AccuracyWarning, ModelError, outside
-from kanefe.scene.scene import Scene
+from kanefe.scene.segments import SegmentMethods
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,7 +44,7 @@ class Certified:
 
 @checked("scene", "analysis", "accuracy", "most_seconds", "most_memory", "progress")
 def certify(
-    scene: Scene,
+    scene: SegmentMethods,
     analysis: Callable[[Any], Any],
     *,
     of: Of | Sequence[Of] | Mapping[str, Of],
@@ -98,7 +98,8 @@ def certify(
     >>> scene = kf.System()
     >>> body = beam_body(rod, {"root": "clamped"}, kf.CraigBampton(modes=4))
     >>> _ = scene.add_flexible_body("rod", body, joint=kf.Fixed())
-    >>> found = kf.certify(scene, lambda s: kf.linearise(s).modes(), of={"first": lambda m: m.frequencies[0]}, accuracy=1e-3)
+    >>> of = {"first": lambda modes: modes.frequencies[0]}
+    >>> found = kf.certify(scene, lambda scene: kf.linearise(scene).modes(), of=of, accuracy=1e-3)
     >>> found.accuracy.is_met
     True
     """
@@ -120,8 +121,8 @@ def certify(
     def evaluate(levels: Levels) -> Trial:
         chosen = settings(sources, levels)
         made, making = bodies.of(chosen)
-        answer, seconds, texts = timed(lambda: analysis(varied_scene(scene, made)))
-        values = [one for quantity in quantities for one in quantity.read(answer)]
+        answer, seconds, texts = timed(lambda: analysis(scene.with_bodies(made) if made else scene.copy()))
+        values = [one for quantity in quantities for one in values_of(quantity, answer)]
         return Trial(levels, answer, values, np.zeros(len(values)), (), seconds + making, texts)
 
     with shown(progress) as tell:

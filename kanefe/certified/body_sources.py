@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from kanefe.certified.choice import Choice, Kept, Source
 from kanefe.reduction import CraigBampton, FreeInterface, Krylov
-from kanefe.scene.scene import BodyEntry, Scene
+from kanefe.scene.scene import BodyEntry
 
 if TYPE_CHECKING:
     from kanefe.bodies.flexible import FlexibleBody
+    from kanefe.scene.segments import SegmentMethods
 
 DOUBLINGS = 4
 """Number of times that the modes of a body may be doubled."""
@@ -32,19 +33,55 @@ PLANE = ("line", "triangle", "quad")
 """First letters of the shapes of cells that have less than three dimensions."""
 
 
-def body_sources(scene: Scene) -> tuple[list[Source], list[Kept]]:
+class Owned(NamedTuple):
+    """A body, with the names under which it is in the scene.
+
+    Attributes
+    ----------
+    names : list of str
+    body : FlexibleBody or SegmentedBody
+    part : FlexibleBody
+        The body itself, or its first segment.
+    has_gravity, is_loaded : bool
+        Whether gravity acts on it in one of these places, and whether it carries anything.
+    """
+
+    names: list[str]
+    body: Any
+    part: FlexibleBody
+    has_gravity: bool
+    is_loaded: bool
+
+
+def body_sources(scene: SegmentMethods) -> tuple[list[Source], list[Kept]]:
     """Return what of the flexible bodies of a scene can be varied, and what cannot."""
-    entries = [entry for entry in scene._entries if entry.flexible is not None]
-    groups: dict[int, list[BodyEntry]] = {}
-    for entry in entries:
-        groups.setdefault(id(entry.flexible), []).append(entry)
     sources: list[Source] = []
     kept: list[Kept] = []
-    gravity = bool(scene.gravity.any())  # type: ignore[attr-defined]
-    for group in groups.values():
-        for found in _of_body(group, gravity, any(_is_loaded(scene, entry) for entry in group)):
-            (sources if isinstance(found, Source) else kept).append(found)  # type: ignore[arg-type]
-    return _together(sources, len(groups)), kept
+    owned = _owned(scene)
+    for one in owned:
+        for found in _of_body(one):
+            if isinstance(found, Source):
+                sources.append(found)
+            else:
+                kept.append(found)
+    return _together(sources, len(owned)), kept
+
+
+def _owned(scene: Any) -> list[Owned]:
+    """Return each flexible body of a scene once."""
+    chains = {f"{name} {i}" for name, chain in scene._segmented.items() for i in range(1, len(chain.segments) + 1)}
+    found: dict[int, Owned] = {}
+    for name, chain in scene._segmented.items():
+        found[id(chain)] = Owned([name], chain, chain.segments[0].body, bool(scene.gravity.any()), True)
+    for entry in scene._entries:
+        body = entry.flexible
+        if body is None or entry.name in chains:
+            continue
+        before = found.get(id(body), Owned([], body, body, False, False))
+        has_gravity = before.has_gravity or (bool(scene.gravity.any()) and entry.has_gravity)
+        is_loaded = before.is_loaded or _is_loaded(scene, entry)
+        found[id(body)] = Owned([*before.names, entry.name], body, body, has_gravity, is_loaded)
+    return list(found.values())
 
 
 def _together(sources: list[Source], count: int) -> list[Source]:
@@ -77,20 +114,18 @@ def _joined(name: str, group: list[Source]) -> Source:
     )
 
 
-def _of_body(group: list[BodyEntry], gravity: bool, is_loaded: bool) -> Iterator[Source | Kept]:
-    body: FlexibleBody = group[0].flexible  # type: ignore[assignment]
-    names, about = [entry.name for entry in group], body.rebuildable
-    title = ", ".join(names)
-    if not about.reduction:
-        yield Kept(f"modes of {title}", about.reduction.why_not)
+def _of_body(one: Owned) -> Iterator[Source | Kept]:
+    about, title = one.body.rebuildable, ", ".join(one.names)
+    if about.reduction:
+        yield _modes(one, about.reduction.now)
     else:
-        yield _modes(names, body, gravity and any(entry.has_gravity for entry in group))
+        yield Kept(f"modes of {title}", about.reduction.why_not)
     if not about.stiffening:
         yield Kept(f"stiffening of {title}", about.stiffening.why_not)
     elif about.stiffening.now in LEVELS:
-        yield _stiffening(names, about.stiffening.now, is_loaded)
+        yield _stiffening(one.names, about.stiffening.now, one.is_loaded)
     if about.mesh or about.order:
-        yield _mesh(names, body)
+        yield _mesh(one.names, about, _pieces(one.part))
     else:
         yield Kept(f"mesh of {title}", about.mesh.why_not)
 
@@ -102,19 +137,18 @@ def _choice(names: Sequence[str], text: str, changes: Mapping[str, Any]) -> Choi
     return Choice(text, code, bodies=dict.fromkeys(names, changes) if changes else {})
 
 
-def _modes(names: Sequence[str], body: FlexibleBody, gravity: bool) -> Source | Kept:
-    """Return fewer modes, those of the user, these with the static shapes of what acts, and twice the modes."""
-    title, now = f"modes of {', '.join(names)}", body.rebuildable.reduction.now
+def _modes(one: Owned, now: Any) -> Source | Kept:
+    """Return fewer modes, those of the user, and twice the modes with the static shapes of what acts."""
+    names, title = one.names, f"modes of {', '.join(one.names)}"
     if isinstance(now, Krylov):
         orders = [int(now.order) * 2**n for n in range(DOUBLINGS)]
         changed = [(f"order {order}", replace(now, order=order)) for order in orders]
-        return Source(title, tuple(_choice(names, text, {"reduction": one}) for text, one in changed))
+        return Source(title, tuple(_choice(names, text, {"reduction": other}) for text, other in changed))
     if not isinstance(now, (CraigBampton, FreeInterface)):
         return Kept(title, "it keeps all of its coordinates" if now is None else f"{now!r} has no levels")
-    count = _count(now, body)
-    own: Any = replace(now, error_up_to=None)
-    own = replace(own, modes=count, up_to_frequency=None)
-    acting = tuple(dict.fromkeys((*own.loads, *_acting(body, gravity))))
+    count = _count(now, one.part)
+    own: Any = replace(now, error_up_to=None, modes=count, up_to_frequency=None)
+    acting = tuple(dict.fromkeys((*own.loads, *_acting(one))))
     fewer = list(dict.fromkeys(count // part for part in COARSER if 0 < count // part < count))
     choices = [_choice(names, f"{n} modes", {"reduction": replace(own, modes=n)}) for n in fewer]
     choices.append(_choice(names, f"{count} modes", {}))
@@ -133,10 +167,10 @@ def _count(reduction: CraigBampton | FreeInterface, body: FlexibleBody) -> int:
     return sum(1 for mode in record if mode.get("kept", True))
 
 
-def _acting(body: FlexibleBody, gravity: bool) -> tuple[str, ...]:
+def _acting(one: Owned) -> tuple[str, ...]:
     """Return the loads whose static shapes are kept: inertia, gravity, and those on surfaces of the body."""
     inertia = ("angular acceleration", "centrifugal")
-    return (*(("gravity",) if gravity else ()), *inertia, *(pattern.name for pattern in body.load_patterns))
+    return (*(("gravity",) if one.has_gravity else ()), *inertia, *(p.name for p in one.part.load_patterns))
 
 
 LEVELS = ("none", "inertial", "full")
@@ -165,9 +199,8 @@ def _pieces(body: FlexibleBody) -> int:
     return 4 if any(not kind.startswith("line") for kind in kinds) else 2
 
 
-def _mesh(names: Sequence[str], body: FlexibleBody) -> Source:
+def _mesh(names: Sequence[str], about: Any, pieces: int) -> Source:
     """Return the first order, the second one, and cells that are split."""
-    about, pieces = body.rebuildable, _pieces(body)
     now = about.order.now
     choices, given = [], 0
     if about.order and now == 2:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from kanefe.certified.choice import Choice, Kept, Source
@@ -50,3 +51,15 @@ def anchor_sources(scene: Any, stiffer: str | Sequence[str]) -> tuple[list[Sourc
         for name in wanted
     ]
     return sources, [Kept(f"contact {name}", GIVEN) for name in contacts if name not in wanted]
+
+
+def put_anchors(scene: Any, anchors: Mapping[str, float]) -> None:
+    """Make friction anchors of an open scene so many times as stiff; their damping follows as the root."""
+    for number, load in enumerate(scene._loads):
+        factor = anchors.get(load.name, 1.0)
+        if factor == 1.0:
+            continue
+        law = load.friction
+        damping = None if law.damping is None else law.damping * factor**0.5
+        stiffer = law.with_numbers(stiffness=factor * law.stiffness, damping=damping)
+        scene._loads[number] = replace(load, friction=stiffer)

@@ -6,29 +6,26 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kanefe.certified.bodies_made import BodiesMade
 from kanefe.certified.body_sources import body_sources
 from kanefe.certified.choice import Choice, Kept, Levels, Source, settings
-from kanefe.certified.friction_sources import anchor_sources
-from kanefe.certified.quantity import Of, Quantity, Values, check_names, quantities_of
+from kanefe.certified.friction_sources import anchor_sources, put_anchors
+from kanefe.certified.quantity import Of, Quantity, quantities_of
 from kanefe.certified.report_of_search import accuracy_of
 from kanefe.certified.run_sources import looks_over_time, output_source, step_source
 from kanefe.certified.search import Limits, Search
 from kanefe.certified.trial import Trial, timed
-from kanefe.certified.varied_scene import varied_scene
+from kanefe.certified.values import Values, check_names, values_of
 from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.integrate.options import RunOptions
 from kanefe.integrate.trajectory import Trajectory
 from kanefe.result import Result
 from kanefe.storage.watched import is_watched, progress_bar
 from kanefe.tree.model_data import QUADRATURES
-
-if TYPE_CHECKING:
-    from kanefe.bodies.flexible import FlexibleBody
 
 REFUSED = {
     "record_file": "no file: each evaluation would write it",
@@ -112,10 +109,6 @@ def _sources(
     scene: Any, asked: RunOptions, options: Mapping[str, Any], quantities: Sequence[Quantity], stiffer: Sequence[str]
 ) -> tuple[tuple[Source, ...], list[Kept]]:
     of_bodies, kept = body_sources(scene)
-    start = options.get("start")
-    if start is not None and not callable(start):
-        why = "start= is a state of these modes. Remedy: start=kanefe.equilibrium, or another function of a scene"
-        kept, of_bodies = [*kept, *(Kept(source.name, why) for source in of_bodies)], []
     anchors, others = anchor_sources(scene, stiffer)
     found = [step_source(asked, options, quantities), *of_bodies, *anchors]
     if looks_over_time(quantities):
@@ -158,18 +151,19 @@ class _Runs:
         dense = _halvings(self._asked.times, result.times)
         fewer = [_thinned(result, first) for first in range(EVERY)] if len(result.times) > 2 * EVERY else []
         for quantity in self._quantities:
-            own = quantity.read(result, dense)
+            own = values_of(quantity, result, dense)
             values += own
             missed = np.zeros(len(own))
             for thin in fewer if looks_over_time([quantity]) else []:
-                pairs = zip(own, quantity.read(thin), strict=True)
+                pairs = zip(own, values_of(quantity, thin), strict=True)
                 apart = [a.apart(b) if a.values.shape == b.values.shape else 0.0 for a, b in pairs]
                 missed = np.maximum(missed, apart)
             sampled += missed.tolist()
         return result, values, sampled
 
-    def _run(self, chosen: Choice, bodies: Mapping[str, FlexibleBody]) -> Result:
-        scene = varied_scene(self._scene, bodies, chosen.anchors)
+    def _run(self, chosen: Choice, bodies: Mapping[str, Any]) -> Result:
+        scene = self._scene.with_bodies(bodies) if bodies else self._scene.copy()
+        put_anchors(scene, chosen.anchors)
         options = {**self._options, **chosen.options, "progress": False}
         if "output_times" in chosen.options:
             options.pop("output_step", None)

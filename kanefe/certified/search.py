@@ -1,14 +1,16 @@
 """The search for levels of all sources at which the bound meets the accuracy.
 
-Each evaluation raises one source from where the best one was, so that their difference is a pair. It is the best one from
-then on, unless the pair shows that the coarser level would do: then the rest is done with that. First every source is raised once; then, until the bound is met, the one that has the most of
-the error for the work that raising it took. One pair more, of a source at random, lowers it at the end: it says whether
-pairs that were measured at coarser levels of the others still hold.
+Each evaluation raises one source from where the best one was, so that their difference is a pair. It is the best one
+from then on, unless the pair shows that the coarser level would do: then the rest is done with that. Steps in time come
+first, since their error is in all other pairs; then every source is raised once; then, until the bound is met, the one
+that has the most of the error for the work that raising it took. One pair more, of a source at random, lowers it at the
+end: it says whether pairs that were measured at coarser levels of the others still hold.
 """
 
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import ceil, log
@@ -17,8 +19,9 @@ import numpy as np
 
 from kanefe.certified.choice import Kept, Levels, Source
 from kanefe.certified.pairs import ASSUMED, LEAST, MISSED, SAFETY, Left, Pair, left_of
-from kanefe.certified.quantity import Quantity, refuse_constant
+from kanefe.certified.quantity import Quantity
 from kanefe.certified.trial import Trial
+from kanefe.certified.values import Values, allowed_error, refuse_constant
 from kanefe.errors import KanefeError, ModelError
 
 SMALL = 0.1
@@ -30,6 +33,12 @@ QUIET = 0.2
 MORE_STEPS = 1.1
 """Ratio of the numbers of steps of two tolerances below which they are one: nearly the same steps have nearly the same
 error, which their difference does not show. Then a tolerance more is tried, as if it were the next level."""
+
+TRIES = 3
+"""Number of times that raising a source may fail before it is left, also on finer meshes."""
+
+FURTHER = 3
+"""Number of levels up to which tolerances are tried then."""
 
 NOISE = 0
 """Number of the source that is in all pairs, if there is one."""
@@ -95,7 +104,9 @@ class Search:
     pairs: dict[int, list[Pair]] = field(default_factory=dict)
     evaluations: int = 0
     exhausted: dict[int, str] = field(default_factory=dict)
+    failures: Counter[int] = field(default_factory=Counter)
     growth: dict[int, float] = field(default_factory=dict)
+    declined: set[int] = field(default_factory=set)
     reason: str = ""
     effectivity: float = np.nan
     checked: str = ""
@@ -146,7 +157,7 @@ class Search:
         if not trial.is_whole:
             self.reason = f"the first run did not finish: {trial.answer.status}"
 
-    def _owned(self, trial: Trial) -> list[tuple[Quantity, object]]:
+    def _owned(self, trial: Trial) -> list[tuple[Quantity, Values]]:
         owners = {quantity.title: quantity for quantity in self.quantities}
         return [(owners[values.title.partition(" [")[0]], values) for values in trial.values]
 
@@ -158,7 +169,7 @@ class Search:
     @property
     def allowed(self) -> np.ndarray:
         """Largest error of each quantity, in its unit."""
-        return np.array([quantity.allowed(values.size) for quantity, values in self._owned(self.best)])
+        return np.array([allowed_error(quantity, values.size) for quantity, values in self._owned(self.best)])
 
     def left(self, number: int) -> Left | None:
         """Return what is left of a source; None before it was raised."""
@@ -230,9 +241,12 @@ class Search:
 
     def _is_hopeless(self) -> bool:
         """Return whether a source that cannot be raised has more than is allowed alone."""
-        if any(source.memory > 1.0 and self._can_rise(number) for number, source in enumerate(self.sources)):
-            return False
-        ends = [left for number, left in enumerate(self.lefts) if left is not None and not self._can_rise(number)]
+        finer = any(source.memory > 1.0 and self._can_rise(number) for number, source in enumerate(self.sources))
+        ends = [
+            left
+            for number, left in enumerate(self.lefts)
+            if left is not None and not self._can_rise(number) and not (finer and 0 < self.failures[number] < TRIES)
+        ]
         return any(bool(np.any(left.errors > self.allowed)) for left in ends)
 
     def _is_stuck(self, number: int) -> bool:
@@ -268,8 +282,10 @@ class Search:
         if pairs and (pairs[-1].level > before.levels[number] or (number == NOISE and self._is_stale())):
             pairs.clear()
         apart = trial.apart(before)
-        if pairs or np.any(SAFETY * apart > SMALL * self.allowed):
+        if pairs or number in self.declined or np.any(SAFETY * apart > SMALL * self.allowed):
             self.best = trial
+        else:
+            self.declined.add(number)
         pairs.append(
             Pair(
                 trial.levels[number],
@@ -287,20 +303,30 @@ class Search:
     def _raised(self, number: int, jump: int) -> Trial | None:
         """Return the evaluation with a source raised; None, with the reason kept, where there is none."""
         levels, source = self.best.levels, self.sources[number]
-        level = levels[number] + jump
+        level, last = levels[number] + jump, len(source.choices) - 1
         try:
             trial = self._evaluated((*levels[:number], level, *levels[number + 1 :]))
-            while source.is_noise and trial.steps < MORE_STEPS * self.best.steps and level + 1 < len(source.choices):
+            while source.is_noise and self._is_the_same(trial) and level < min(levels[number] + FURTHER, last):
                 level += 1
                 trial = self._evaluated((*levels[:number], level, *levels[number + 1 :]))
         except ModelError as error:
-            self.exhausted[number] = str(error)
-            return None
+            return self._give_up(number, str(error))
         if not trial.is_whole:
-            self.exhausted[number] = str(trial.answer.status)
-            return None
-        self.exhausted = {} if source.memory > 1.0 else self.exhausted  # a finer mesh has more modes
+            return self._give_up(number, str(trial.answer.status))
+        if source.memory > 1.0:  # a finer mesh has more modes
+            self.exhausted = {one: why for one, why in self.exhausted.items() if self.failures[one] >= TRIES}
         return trial
+
+    def _give_up(self, number: int, why: str) -> None:
+        """Leave a source at its level, with the reason."""
+        self.exhausted[number] = why
+        self.failures[number] += 1
+
+    def _is_the_same(self, trial: Trial) -> bool:
+        """Return whether a run with a smaller tolerance took the same steps, so that it agrees whatever its error."""
+        if not trial.is_whole or trial.steps > MORE_STEPS * self.best.steps:
+            return False
+        return bool(np.all(SAFETY * trial.apart(self.best) <= SMALL * self.allowed))
 
     def _may_go_on(self, number: int) -> bool:
         """Return whether limits of time and memory leave room for raising a source; say if not."""
@@ -366,9 +392,9 @@ class Search:
         if left is not None and left.is_erratic.any():
             others = "" if all(pair.is_alike for pair in pairs) else ", and events come in another order"
             return (
-                f"pairs of {name} contradict each other: their differences do not fall{others}. Such a motion is chaotic, "
-                "or an event of it grazes, and has no bound. Remedy: a shorter span, a quantity before the event, or "
-                "statistics over many runs (kanefe.Study)"
+                f"pairs of {name} contradict each other: their differences do not fall{others}. Such a motion is "
+                "chaotic, or an event of it grazes, and has no bound. Remedy: a shorter span, a quantity before the "
+                "event, or statistics over many runs (kanefe.Study)"
             )
         end = self.exhausted.get(worst, "there are no finer levels")
         return f"most of the error is of {name}, which cannot be made finer: {end}"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.certified.choice import Levels
-from kanefe.certified.quantity import Values
+from kanefe.certified.values import Values
 
 
 @dataclass(frozen=True, eq=False)

@@ -62,7 +62,7 @@ def test_quantities_that_make_no_sense_are_refused(wrong: dict[str, Any]) -> Non
 
 def test_names_are_checked_before_anything_runs(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("kanefe.integrate.run.run", None)
-    with pytest.raises(ModelError, match="no body called|arm"):
+    with pytest.raises(ModelError, match="arm"):
         pendulum().simulate(SPAN, accuracy=1e-3, of=["position arm"])
 
 
@@ -115,7 +115,7 @@ def test_a_chaotic_motion_has_no_bound() -> None:
     scene = kf.System(gravity=(0, -9.81, 0))
     upper = scene.add_rigid_body("upper", 1.0, 0.1, com=(0.5, 0, 0), joint=kf.Revolute("z", position=2.0))
     scene.add_rigid_body("lower", 1.0, 0.1, com=(0.5, 0, 0), at=(1, 0, 0), parent=upper, joint=kf.Revolute("z"))
-    with pytest.warns(AccuracyWarning, match="contradict|finer"):
+    with pytest.warns(AccuracyWarning, match=r"contradict|finer"):
         result = scene.simulate((0.0, 80.0), accuracy=1e-3, of=["joint_coordinates lower"], output_step=0.5)
     assert not result.accuracy.is_met
     assert "bound" in str(result.accuracy)

@@ -34,6 +34,7 @@ RUN_IN_STEPS = """
 """Methods by which loads, joints, shapes and laws serve the equations, which give them checked arguments."""
 
 MADE_BY_KANEFE = """
+    Accuracy Certified
     Action Assembly AxisJoint Buckling Campbell Cells CriticalPoint End Equilibrium EquilibriumPath FiniteElementModel
     FiniteElements FlexibleBody FloquetModes FloquetModes.harmonics Frame FrequencyResponse Held Instant Joint
     Linearisation

@@ -62,6 +62,7 @@ ROOMS = {
     "screening": 1197,
     "unreduced": 1157,
     "equations": 1950,
+    "certified": 1830,
     "stepping": 726,
     "doctor": 678,
     "report": 577,

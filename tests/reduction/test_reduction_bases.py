@@ -262,7 +262,6 @@ def test_effective_masses_add_up() -> None:
         (lambda: kf.CraigBampton(modes=1, error_up_to=0.0), r"error_up_to must be above zero Hz and finite, not 0\.0"),
         (lambda: kf.CraigBampton(modes="all"), "whole number >= 0, not 'all'"),
         (lambda: kf.CraigBampton(modes="auto", up_to_frequency=5.0, tol=0.0), r"tol must be .* not 0\.0"),
-        (lambda: kf.Enriched(None), r"Enriched needs a reduction, .* not None"),
         (lambda: kf.LoadCase("push", np.array([np.nan])), "forces of load case 'push' must be finite"),
     ],
 )

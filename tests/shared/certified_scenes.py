@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 import kanefe as kf
+from kanefe.certified.values import values_of
 from kanefe_fem import Material, Rectangle, beam_body, straight_beam
 
 DENSITY = 2700.0
@@ -41,7 +42,7 @@ class KnownScene:
 
     def read(self, result: kf.Result, count: int) -> list[Any]:
         """Return the values of the quantities, of a result with so many outputs for each."""
-        return [values for quantity in self.of for values in quantity.read(result, count)]
+        return [values for quantity in self.of for values in values_of(quantity, result, count)]
 
     def reference(self, times: np.ndarray) -> tuple[list[Any], np.ndarray]:
         """Return the values of the quantities at some times, by brute force, and how far they are known.

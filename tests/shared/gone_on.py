@@ -116,7 +116,6 @@ NEXT: dict[str, Callable[[Any], kf.System]] = {
     "CraigBampton": lambda one: reduced(reduction=one),
     "FreeInterface": lambda one: reduced(reduction=one),
     "Krylov": lambda one: reduced(reduction=one),
-    "Enriched": lambda one: reduced(reduction=one),
     "ModalDamping": lambda one: reduced(damping=one),
     "RayleighDamping": lambda one: reduced(damping=one),
     "Interface": lambda one: reduced(interfaces={"root": "clamped", "tip": one}),

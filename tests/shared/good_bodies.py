@@ -52,7 +52,6 @@ call("kanefe.CraigBampton", kf.CraigBampton, modes=2, tol=1e-3, loads=(), error_
 CALLS["kanefe.CraigBampton (frequency)"] = Call(lambda: (kf.CraigBampton, {"up_to_frequency": 100.0}))
 call("kanefe.FreeInterface", kf.FreeInterface, modes=2, attachment=True, loads=(), error_up_to=None)
 call("kanefe.Krylov", kf.Krylov, frequencies=(0.0,), order=2, loads=(), error_up_to=None)
-call("kanefe.Enriched", kf.Enriched, reduction=kf.CraigBampton(modes=2))
 call("kanefe.LoadCase", kf.LoadCase, name="l", forces=np.ones(30))
 call("kanefe.PatchCase", kf.PatchCase, place="tip", most=4)
 call(

@@ -85,6 +85,26 @@ for method, name in (("to_csv", "a.csv"), ("to_matlab", "a.mat")):
 on("kanefe.Result.to_vtk", result, path="a.pvd", fps=None, every=2, scale=1.0)
 files("kanefe.load_result", kf.load_result, path="run.h5")
 files("kanefe.load_records", kf.load_records, path="records.h5")
+call(
+    "kanefe.Quantity",
+    kf.Quantity,
+    what="position rod",
+    relative=1e-3,
+    absolute=1e-3,
+    over="largest",
+    name="place",
+)
+first(
+    "kanefe.certify",
+    kf.certify,
+    cantilever,
+    analysis=kf.buckling,
+    of=lambda found: found.factors[:1],
+    accuracy=0.1,
+    most_seconds=0.1,
+    most_memory=1e12,
+    progress=False,
+)
 call("kanefe.Record", kf.Record, channels="position rod", step=0.1, at=(), keep="values")
 call("kanefe.Record (events)", kf.Record, channels={"x": "position rod"}, at=["floor touch"])
 

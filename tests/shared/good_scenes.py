@@ -247,6 +247,16 @@ on(
     most_seconds=5.0,
     progress=False,
 )
+on(
+    "kanefe.System.simulate (accuracy)",
+    small,
+    t_span=(0.0, 0.01),
+    accuracy=0.1,
+    of=["kinetic_energy"],
+    most_memory=1e12,
+    stiffer=(),
+    most_seconds=0.1,
+)
 CALLS["kanefe.System.simulate (times)"] = Call(
     lambda: (small().simulate, {"t_span": (0.0, 0.01), "method": "rk4", "step": 1e-3, "output_times": [0.0, 0.01]})
 )

@@ -10,6 +10,7 @@ from kanefe.certified.choice import Choice, Levels, Source
 from kanefe.certified.quantity import Quantity, quantities_of
 from kanefe.certified.search import Limits, Search
 from kanefe.certified.trial import Trial
+from kanefe.certified.values import values_of
 
 EXACT = 2.0
 
@@ -56,7 +57,7 @@ class Manufactured:
         def evaluate(levels: Levels) -> Trial:
             answer = self.values(levels)
             work = float(np.prod(1.5 ** np.array(levels)))
-            return Trial(levels, answer, whole.read(answer), np.zeros(1), (), work)
+            return Trial(levels, answer, values_of(whole, answer), np.zeros(1), (), work)
 
         search = Search(evaluate, tuple(sources), (whole,), limits or Limits(), lambda count, bound: None, [])
         search.run()
