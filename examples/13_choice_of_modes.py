@@ -47,7 +47,7 @@ print(f"\nauto, tol = 1e-3: error of the body alone {report['error_estimate']['v
 for mode in report["modes"][:6]:
     print(f"{mode['frequency']:9.1f} Hz  {'kept   ' if mode['kept'] else 'dropped'}  {mode['why']}")
 
-figure, axes = plt.subplots(figsize=(7.5, 4.2), layout="constrained")
+figure, axes = plt.subplots(figsize=(9.0, 4.2), layout="constrained")
 for source in found.sources:
     if len(source.apart):
         apart = source.apart[:, 0]
@@ -62,7 +62,7 @@ axes.axhline(true, color="black", ls=":", lw=1.0, label="its true error")
 most = max(len(source.apart) for source in found.sources)
 axes.set(xlabel="pair", ylabel="difference of two levels, m", xticks=range(1, most + 1), xlim=(0.8, most + 0.8))
 axes.grid(alpha=0.3)
-axes.legend(fontsize=8, loc="lower left")
+figure.legend(fontsize=8, loc="outside right upper")
 out = Path("out")
 out.mkdir(exist_ok=True)
 figure.savefig(out / "choice_of_modes.png", dpi=150)

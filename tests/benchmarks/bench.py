@@ -3,8 +3,8 @@
     python tests/benchmarks/bench.py [--scenes S1,S3] [--methods auto,rk4] [--quick] [--peer] [--png FILE] ...
 
 measures on one core and one thread. It compares methods and tolerances, or by one option each: ``--bodies``, mesh size,
-element order and number of modes (S3, demo); ``--skips``, what skipping saves; ``--figures``, the figures that have
-goals, with the exit code 1 if one misses its goal.
+element order and number of modes (S3, demo); ``--skips``, what skipping saves; ``--certified``, bounds against true
+errors of random scenes; ``--figures``, the figures that have goals, with the exit code 1 if one misses its goal.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ def arguments(given: Sequence[str] | None = None) -> Options:
     options.add_argument("--bodies", action="store_true", help="instead: mesh size, element order and number of modes")
     options.add_argument("--skips", action="store_true", help="instead: what skipping saves")
     options.add_argument("--figures", action="store_true", help="instead: the figures that have goals")
+    options.add_argument("--certified", action="store_true", help="instead: bounds against true errors")
     options.add_argument("--csv", type=Path, metavar="FILE", help="write the runs to this file as a table")
     options.add_argument("--png", type=Path, metavar="FILE", help="draw the curves into this file")
     options.add_argument(
@@ -55,6 +56,11 @@ def main(given: Sequence[str] | None = None) -> int:
 
     try:
         check(options)
+        if options.certified:
+            from benchmarks.certified_bounds import certified
+
+            certified(12 if options.quick else 100)
+            return 0
         return measured(options, all_cores)
     except KanefeError as error:
         print(f"bench: {error}", file=sys.stderr)

@@ -13,7 +13,7 @@ class Options:
     Attributes
     ----------
     scenes, methods : tuple of str
-    quick, peer, figures, skips, bodies : bool
+    quick, peer, figures, skips, certified, bodies : bool
     only : str
         Only the groups of figures with this in the name.
     json, csv, png, env, tests : Path or None
@@ -27,6 +27,7 @@ class Options:
     peer: bool = False
     figures: bool = False
     skips: bool = False
+    certified: bool = False
     bodies: bool = False
     only: str = ""
     json: Path | None = None
