@@ -28,11 +28,10 @@ NOT_FALLING = 0.75
 """Ratio of the errors of two levels above which differences do not show that they fall."""
 
 
-MISSED = 0.125
+MISSED = 1.0
 """Part of what the largest value changes with every fourth output alone, of four such choices the one that changes it
-most, that it misses at most between outputs: of a peak ``c t^2`` below its top, which is d from the nearest output,
-``c d^2`` is missed; that choice has none nearer than two steps less d, so that the value changes by ``4 c (1 - d)`` in
-steps, and d is at most half a step."""
+most, that it is taken to miss between outputs. Of one peak ``c t^2`` below its top, d steps from the nearest output,
+``c d^2`` is missed, an eighth of that change at most; several peaks of like height hide part of the change."""
 
 
 class Pair(NamedTuple):

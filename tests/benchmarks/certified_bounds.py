@@ -52,9 +52,8 @@ def certified(count: int) -> None:
     print(f"\n{count} scenes, {len(values)} quantities whose error the reference knows")
     print(f"error at most the bound: {100 * np.mean(values >= 1.0):.1f} % (goal 95 %)")
     print(f"error above two bounds: {np.sum(values < 0.5)} (goal 0)")
-    print(
-        f"bound / error: median {np.median(values):.2g} (goal 3), 90 % quantile {np.quantile(values, 0.9):.2g} (goal 10)"
-    )
+    middle, high = np.median(values), np.quantile(values, 0.9)
+    print(f"bound / error: median {middle:.2g} (goal 3), 90 % quantile {high:.2g} (goal 10)")
     print(f"error / allowed where met: largest {np.max(shares):.2g}, median {np.median(shares):.2g}")
     print(f"refused: {len(refused)} (goal 5 %): {', '.join(refused) or 'none'}")
     print(f"work of all evaluations / that of the answer: median {np.median(works):.2g}, largest {np.max(works):.2g}")
