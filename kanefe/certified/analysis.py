@@ -14,10 +14,11 @@ from kanefe.arguments import checked
 from kanefe.certified.bodies_made import BodiesMade
 from kanefe.certified.body_sources import body_sources
 from kanefe.certified.choice import Levels, settings
+from kanefe.certified.limits import Limits
 from kanefe.certified.quantity import Of, quantities_of
 from kanefe.certified.report_of_search import accuracy_of
 from kanefe.certified.run import shown
-from kanefe.certified.search import Limits, Search
+from kanefe.certified.search import Search
 from kanefe.certified.trial import Trial, timed
 from kanefe.certified.values import values_of
 from kanefe.errors import AccuracyWarning, ModelError, outside

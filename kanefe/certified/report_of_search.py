@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from kanefe.accuracy import Accuracy, SourceOfError
-from kanefe.certified.choice import settings
-from kanefe.certified.search import Search, cheapest
+from kanefe.certified.choice import Levels, settings
+from kanefe.certified.pairs import SAFETY
+from kanefe.certified.search import Search
 
 
 def accuracy_of(search: Search) -> Accuracy:
@@ -70,3 +71,17 @@ def _source(search: Search, number: int) -> SourceOfError:
 
 def _share(search: Search, pairs: list) -> str:  # type: ignore[type-arg]
     return f"{float(np.max(sum(pair.apart for pair in pairs) / search.allowed)):.2g}"
+
+
+def cheapest(search: Search) -> Levels:
+    """Return the coarsest levels at which what is known still meets the accuracy."""
+    levels, bounds, allowed = list(search.best.levels), search.bounds.copy(), search.allowed
+    for number in sorted(search.pairs, key=lambda n: -search.growth.get(n, 1.0)):
+        for pair in reversed(search.pairs[number]):
+            if pair.level != levels[number]:
+                break
+            more = bounds + SAFETY * pair.apart
+            if np.any(more > allowed):
+                break
+            bounds, levels[number] = more, pair.coarse
+    return tuple(levels)

@@ -14,10 +14,11 @@ from kanefe.certified.bodies_made import BodiesMade
 from kanefe.certified.body_sources import body_sources
 from kanefe.certified.choice import Choice, Kept, Levels, Source, settings
 from kanefe.certified.friction_sources import anchor_sources, put_anchors
+from kanefe.certified.limits import Limits
 from kanefe.certified.quantity import Of, Quantity, quantities_of
 from kanefe.certified.report_of_search import accuracy_of
 from kanefe.certified.run_sources import looks_over_time, output_source, step_source
-from kanefe.certified.search import Limits, Search
+from kanefe.certified.search import Search
 from kanefe.certified.trial import Trial, timed
 from kanefe.certified.values import Values, check_names, values_of
 from kanefe.errors import AccuracyWarning, ModelError, outside

@@ -17,7 +17,7 @@ LOOSEST, TIGHTEST = 1e-3, 1e-12
 HALVINGS = 8
 """Number of times that a fixed step may be halved."""
 
-DENSER = 7
+DENSER = 9
 """Number of times that output times may be doubled."""
 
 

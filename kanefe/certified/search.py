@@ -18,8 +18,10 @@ from math import ceil, log
 import numpy as np
 
 from kanefe.certified.choice import Kept, Levels, Source
+from kanefe.certified.limits import Limits
 from kanefe.certified.pairs import ASSUMED, LEAST, MISSED, SAFETY, Left, Pair, left_of
 from kanefe.certified.quantity import Quantity
+from kanefe.certified.reasons import why_not
 from kanefe.certified.trial import Trial
 from kanefe.certified.values import Values, allowed_error, refuse_constant
 from kanefe.errors import KanefeError, ModelError
@@ -57,22 +59,6 @@ SEED = 63
 
 STUCK = 3
 """Number of pairs in a row whose differences do not fall after which a source is given up."""
-
-
-@dataclass(frozen=True, eq=False)
-class Limits:
-    """What a search may take.
-
-    Attributes
-    ----------
-    seconds : float or None
-        By the wall clock, s.
-    memory : float or None
-        Of this process, bytes.
-    """
-
-    seconds: float | None = None
-    memory: float | None = None
 
 
 @dataclass(eq=False)
@@ -123,7 +109,7 @@ class Search:
                 raise
             self.reason = "interrupted by Ctrl-C"
         if not self.reason and not self._is_met():
-            self.reason = self._why_not()
+            self.reason = why_not(self)
 
     def _climb(self) -> None:
         """Raise sources until the bound is met or nothing is left to be raised."""
@@ -310,9 +296,11 @@ class Search:
                 level += 1
                 trial = self._evaluated((*levels[:number], level, *levels[number + 1 :]))
         except ModelError as error:
-            return self._give_up(number, str(error))
+            self._give_up(number, str(error))
+            return None
         if not trial.is_whole:
-            return self._give_up(number, str(trial.answer.status))
+            self._give_up(number, str(trial.answer.status))
+            return None
         if source.memory > 1.0:  # a finer mesh has more modes
             self.exhausted = {one: why for one, why in self.exhausted.items() if self.failures[one] >= TRIES}
         return trial
@@ -337,20 +325,9 @@ class Search:
                 f"most_seconds={self.limits.seconds:g} were not enough: {gone:.3g} s were spent, and the next "
                 f"evaluation ({self.sources[number].name}) would take about {needed:.2g} s"
             )
-        elif self.limits.memory is not None and (text := self._memory_of(number)):
-            self.reason = text
+        else:
+            self.reason = self.limits.too_little_memory(self.sources[number].name, self.sources[number].memory)
         return not self.reason
-
-    def _memory_of(self, number: int) -> str:
-        from kanefe.certified.memory import bytes_now
-
-        now, grows = bytes_now(), self.sources[number].memory
-        if self.limits.memory is not None and now * grows > self.limits.memory:
-            return (
-                f"most_memory={self.limits.memory:g} bytes were not enough: the process has {now:.3g}, and raising "
-                f"{self.sources[number].name} may take {now * grows:.2g}"
-            )
-        return ""
 
     def _check(self) -> bool:
         """Check one pair again at the final levels of the others; return whether the bound is not met any more."""
@@ -382,33 +359,3 @@ class Search:
         )
         self.pairs[number][-1] = last._replace(apart=np.maximum(apart, last.apart))
         return not self._is_met()
-
-    def _why_not(self) -> str:
-        """Return why the accuracy is not met, of the source with most of the error."""
-        parts = {n: float(np.max(left.errors / self.allowed)) for n, left in enumerate(self.lefts) if left is not None}
-        worst = max(parts, key=lambda number: parts[number])
-        name, pairs = self.sources[worst].name, self.pairs.get(worst, [])
-        left = self.left(worst)
-        if left is not None and left.is_erratic.any():
-            others = "" if all(pair.is_alike for pair in pairs) else ", and events come in another order"
-            return (
-                f"pairs of {name} contradict each other: their differences do not fall{others}. Such a motion is "
-                "chaotic, or an event of it grazes, and has no bound. Remedy: a shorter span, a quantity before the "
-                "event, or statistics over many runs (kanefe.Study)"
-            )
-        end = self.exhausted.get(worst, "there are no finer levels")
-        return f"most of the error is of {name}, which cannot be made finer: {end}"
-
-
-def cheapest(search: Search) -> Levels:
-    """Return the coarsest levels at which what is known still meets the accuracy."""
-    levels, bounds, allowed = list(search.best.levels), search.bounds.copy(), search.allowed
-    for number in sorted(search.pairs, key=lambda n: -search.growth.get(n, 1.0)):
-        for pair in reversed(search.pairs[number]):
-            if pair.level != levels[number]:
-                break
-            more = bounds + SAFETY * pair.apart
-            if np.any(more > allowed):
-                break
-            bounds, levels[number] = more, pair.coarse
-    return tuple(levels)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from kanefe.certified.limits import Limits
 from kanefe.certified.report_of_search import accuracy_of
-from kanefe.certified.search import Limits
 from manufactured import EXACT, Manufactured, manufactured
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from kanefe.certified.choice import Choice, Levels, Source
+from kanefe.certified.limits import Limits
 from kanefe.certified.quantity import Quantity, quantities_of
-from kanefe.certified.search import Limits, Search
+from kanefe.certified.search import Search
 from kanefe.certified.trial import Trial
 from kanefe.certified.values import values_of
 
