@@ -21,15 +21,15 @@ class Limits:
     memory: float | None = None
 
     def too_little_memory(self, name: str, grows: float) -> str:
-        """Return why a source is not raised, whose next level multiplies the memory of the process; else empty."""
+        """Return why a source is not raised, whose next level multiplies the memory in use; else empty."""
         if self.memory is None:
             return ""
         now = bytes_now()
         if now * grows <= self.memory:
             return ""
         return (
-            f"most_memory={self.memory:g} bytes were not enough: the process has {now:.3g}, and raising {name} may take "
-            f"{now * grows:.2g}"
+            f"most_memory={self.memory:g} bytes were not enough: the process has {now:.3g}, and raising {name} may "
+            f"take {now * grows:.2g}"
         )
 
 

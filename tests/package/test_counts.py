@@ -63,6 +63,7 @@ ROOMS = {
     "unreduced": 1157,
     "equations": 1950,
     "certified": 1830,
+    "certified": 1830,
     "stepping": 726,
     "doctor": 678,
     "report": 577,
