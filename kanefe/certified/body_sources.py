@@ -18,7 +18,7 @@ DOUBLINGS = 4
 """Number of times that the modes of a body may be doubled."""
 
 COARSER = (4, 2)
-"""Parts of the modes of a body to begin with."""
+"""Factors by which the numbers of modes are smaller that a search begins with."""
 
 SPLITS = 6
 """Number of times that cells may be split."""

@@ -12,7 +12,7 @@ from kanefe.errors import ModelError
 from kanefe.frames import numbers
 
 Over = Literal["time", "rms", "final", "largest"]
-"""What of a history has the accuracy."""
+"""Part of a history that has the accuracy."""
 
 LEAST = 1e-12
 """Smallest relative accuracy: results of some thousand operations have a round-off near it."""
