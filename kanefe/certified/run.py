@@ -37,7 +37,7 @@ REFUSED = {
 """Options that a run with an accuracy does not take, and why."""
 
 EVERY = 4
-"""Every so many-th output time alone shows what is missed between them: see `kanefe.certified.pairs.MISSED`."""
+"""Number of outputs of which one is looked at; it shows what is missed between them: see `kanefe.certified.pairs`."""
 
 
 def certified_run(

@@ -27,10 +27,10 @@ from kanefe.certified.values import Values, allowed_error, refuse_constant
 from kanefe.errors import KanefeError, ModelError
 
 SMALL = 0.1
-"""Share of what is allowed below which the error of a source at its coarser level is kept."""
+"""Error relative to what is allowed below which a source stays at its coarser level."""
 
 QUIET = 0.2
-"""Share of what is allowed above which steps in time are raised before other sources."""
+"""Error relative to what is allowed above which steps in time are raised before other sources."""
 
 MORE_STEPS = 1.1
 """Ratio of the numbers of steps of two tolerances below which they are one: nearly the same steps have nearly the same
@@ -46,7 +46,7 @@ NOISE = 0
 """Number of the source that is in all pairs, if there is one."""
 
 FINEST = 0.01
-"""Smallest bound that is stated, of what is allowed: differences far below that measure chance."""
+"""Smallest bound that is stated, relative to what is allowed: differences far below that measure chance."""
 
 CHECK = 0.25
 """Work of the pair that checks the statement, relative to that of all others, above which it is not evaluated."""
@@ -55,7 +55,7 @@ FARTHEST = 2
 """Largest number of levels by which a source is raised at once."""
 
 SEED = 63
-"""Seed of the choice of the source that is checked."""
+"""Number from which the choice of the source that is checked follows: a constant seed."""
 
 STUCK = 3
 """Number of pairs in a row whose differences do not fall after which a source is given up."""
