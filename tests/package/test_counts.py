@@ -63,7 +63,6 @@ ROOMS = {
     "unreduced": 1157,
     "equations": 1950,
     "certified": 1830,
-    "certified": 1830,
     "stepping": 726,
     "doctor": 678,
     "report": 577,
