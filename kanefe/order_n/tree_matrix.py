@@ -38,9 +38,6 @@ JOINT_SPEEDS = {Kind.FIXED: 0, Kind.INTERFACE: 0, Kind.SPHERICAL: 3, Kind.FREE: 
 LEAST_PRODUCTS = 500
 """Products of the elimination of a row of a tree, of a rigid body on a hinge: counted."""
 
-MOTION_OF_MODES = 30
-"""Products for a pair of modes of a body, with its motion and needs: counted."""
-
 DEARER = 1.6
 """Time of a product whose place is looked up, over that of one in a dense matrix: measured with chains of hinges, for
 which both ways take as long with 50 links."""
@@ -252,11 +249,16 @@ def keeps_structure(route: Evaluated) -> bool:
 
 
 def expected_work(route: Evaluated) -> float:
-    """Return how many products elimination takes about, without making anything; infinite where matrices are dense."""
+    """Return how many products elimination takes about, without making anything; infinite where matrices are dense.
+
+    Modes are eliminated from their own rows and those of two needs, with entries of modes, a motion and a need. Paths
+    between ends of loads that are further apart are left out.
+    """
     if not keeps_structure(route):
         return np.inf
     bodies = AllModalCoordinates(route.scene.flexible.bodies)
-    of_modes = sum(bodies[f].k ** 3 / 3 + MOTION_OF_MODES * bodies[f].k ** 2 for f in range(len(bodies)))
+    modes = [bodies[f].k for f in range(len(bodies))]
+    of_modes = sum(k * (k + 2 * Size.NEED) * (k + Size.MOTION + Size.NEED) for k in modes)
     return DEARER * (LEAST_PRODUCTS * len(route.scene.tables.rows) + of_modes)
 
 

@@ -17,7 +17,7 @@ from kanefe.integrate.stepper import StepControl
 from kanefe.kernels.algebra import sparse
 from kanefe.kernels.steppers import radau_systems
 from kanefe.order_n import tree_matrix
-from kanefe.order_n.tree_matrix import TreeMatrix, filled_pattern, keeps_structure
+from kanefe.order_n.tree_matrix import TreeMatrix, expected_work, filled_pattern, keeps_structure
 from kanefe.tree.model_data import QUADRATURES
 from random_scenes import Recipe, random_model
 
@@ -126,6 +126,15 @@ def test_work_grows_with_the_links_and_with_what_couples_them() -> None:
     assert (work[80, 1] - work[40, 1]) == pytest.approx(2.0 * (work[40, 1] - work[20, 1]), rel=1e-12)
     assert work[40, 1] < work[40, 2] < work[40, 4]
     assert work[40, 39] < 6.0 * work[40, 1]  # one spring from end to end: each row of the chain between has to know it
+
+
+@pytest.mark.parametrize(
+    "recipe", [Recipe(seed, bodies=10, elastic=0.3 * seed, is_autonomous=True) for seed in range(3)]
+)
+def test_the_work_is_known_before_a_pattern_is_made(recipe: Recipe) -> None:
+    route = random_model(recipe).route
+    # it is for choices of methods; of rigid trees and of up to twelve modes a body within 20 %
+    assert expected_work(route) == pytest.approx(TreeMatrix(route).pattern().work, rel=0.3)
 
 
 def test_dense_matrices_are_kept_where_they_are_less_work_or_all_is_coupled() -> None:
