@@ -20,6 +20,7 @@ from kanefe.order_n import tree_matrix
 from kanefe.order_n.tree_matrix import TreeMatrix, expected_work, filled_pattern, keeps_structure
 from kanefe.tree.model_data import QUADRATURES
 from random_scenes import Recipe, random_model
+from run_scenes import check_snapshot
 
 
 def sprung_chain(count: int, reach: int = 1) -> Model:
@@ -117,6 +118,12 @@ def test_a_run_is_that_of_dense_matrices(monkeypatch: pytest.MonkeyPatch) -> Non
     assert counts[0] == pytest.approx(counts[1], rel=0.05)
     # both follow rtol: 1e-6 of angles of 1 rad
     assert runs[0].coordinates == pytest.approx(runs[1].coordinates, abs=1e-6)
+
+
+def test_a_run_is_taken_up_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken(monkeypatch, True)
+    model, control = sprung_chain(6), StepControl(1e-6, 1e-9, None)
+    check_snapshot(lambda: METHOD.make(Dynamics(model), 0.0, 1.0, control), 0.2, 5)
 
 
 def test_work_grows_with_the_links_and_with_what_couples_them() -> None:

@@ -186,7 +186,7 @@ class KernelStepper:
         self._step_times.places[:] = 0
         if len(snapshot["reals"]) != len(self.reals):
             self._use(StepMemory(self.integers, np.empty_like(snapshot["reals"]), self.vectors))
-            for name in ("_run", "_compiled_run", "_interpolated"):
+            for name in ("_run", "_compiled_run", "_interpolated", "_differentiate"):
                 vars(self).pop(name, None)
         for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
             array[:] = snapshot[name]
