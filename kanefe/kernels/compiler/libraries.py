@@ -40,6 +40,7 @@ SECONDS = {
     "engine": 42.0,
     "engine-complex": 22.0,
     "contact_forces": 19.0,
+    "linearised_tree-complex": 10.0,
     "contact_outputs": 6.0,
     "granular_contacts": 2.3,
     "time_stepping": 2.3,
