@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 
 from kanefe.arguments import checked
-from kanefe.batches.lanes import blocks_of, lanes_in_one_memory
+from kanefe.batches.lanes import Planned, SharedMemory, lanes_of_scene, planned_alike, why_in_python
 from kanefe.equations.model import Model
 from kanefe.errors import ModelError, SimulationError, SimulationWarning, outside
 from kanefe.integrate.options import RunKeywords, RunOptions
@@ -35,6 +36,17 @@ OF_ONE_RUN = ("checkpoint", "checkpoint_seconds", "resume")
 NOT_BEGUN = "the run could not begin"
 """Reason of the method of a run without a step."""
 
+FIRST = "the first run, which chooses the method"
+LEFT = "it differs from the others in more than numbers, or needs more than rates on its way"
+OTHERS = "events of loads or joints, or scenes that differ in more than numbers"
+"""Why a run is not beside others."""
+
+BLOCKS = 4
+"""Number of blocks of runs for each thread, so that none waits long for the last one."""
+
+MOST_AT_ONCE = 1000
+"""Largest number of runs in a block: the states of all are in memory twice."""
+
 NAMED = 5
 """Largest number of failed runs that a warning names."""
 
@@ -50,9 +62,11 @@ def simulate_many(
 ) -> tuple[Result, ...]:
     """Run one scene from many starts, or many scenes that are alike, at once.
 
-    Runs of one scene share everything that does not depend on the start, and stay in compiled code together. They use
-    several processors where the scene has no functions in Python. A result is that of `System.simulate`, whatever the
-    number of threads. A run that fails does not stop the others: a warning says which have failed.
+    Runs of one scene share everything that does not depend on the start, and stay in compiled code together. Of rigid
+    bodies in trees without loads between frames, explicit methods evaluate several runs at once, in vector
+    instructions: of one scene, or of scenes that differ in numbers alone. ``result.statistics["lanes"]`` is how many,
+    "lanes_reason" why not. Several processors are used where the scene has no functions in Python. A result is that of
+    `System.simulate`, whatever is beside it. A run that fails does not stop the others: a warning says which have.
 
     Parameters
     ----------
@@ -143,15 +157,28 @@ def _ran(models: Sequence[Model], options: RunOptions, threads: int, bar: Any) -
     """Return all runs. The first that begins says what is the same for all."""
     found: list[Trajectory] = []
     while len(found) < len(models) and (not found or has_not_begun(found[-1])):
-        found.append(_alone(models[len(found)], options))
+        found.append(_alone(models[len(found)], options, FIRST))
         bar.update(1)
     rest = models[len(found) :]
-    lanes = lanes_in_one_memory(rest, options, found[-1]) if rest else None
-    blocks = [rest] if threads == 1 else blocks_of(rest, threads)
+    lanes = lanes_of_scene(rest, options, found[-1]) if rest else None
+    alike: dict[int, Planned] = {}
+    if rest and lanes is None:
+        plans = planned_alike(rest, options, found[-1].statistics["method"])
+        alike = {id(one.model): one for one in plans if one is not None}
+        lanes = SharedMemory(next(iter(alike.values())), options) if len(alike) > 1 else None
+    blocks = _blocks_of(rest, threads, lanes is not None and not lanes.reason)
 
     def run_block(block: Sequence[Model]) -> list[Trajectory]:
-        done = [None] * len(block) if lanes is None else lanes.run(block)
-        return [_alone(model, options) if one is None else one for model, one in zip(block, done, strict=True)]
+        if lanes is None:
+            done: list[Trajectory | None] = [None] * len(block)
+        elif not alike:
+            done = lanes.run(block)
+        else:
+            runs = [alike[id(model)] for model in block if id(model) in alike]
+            at_once = iter(lanes.run_all(runs))
+            done = [next(at_once) if id(model) in alike else None for model in block]
+        why = LEFT if lanes is not None else why_in_python(block[0], options) or OTHERS
+        return [_alone(model, options, why) if one is None else one for model, one in zip(block, done, strict=True)]
 
     if threads == 1 or not _is_compiled(models, options):
         for block in blocks:
@@ -168,8 +195,15 @@ def _ran(models: Sequence[Model], options: RunOptions, threads: int, bar: Any) -
     return found
 
 
-def _alone(model: Model, options: RunOptions) -> Trajectory:
-    """Return a run as `System.simulate` has it; of one that cannot begin, its start."""
+def _blocks_of(models: Sequence[Model], threads: int, are_at_once: bool) -> list[Sequence[Model]]:
+    """Return models in blocks for threads: as few as there are threads where those of a block are run at once."""
+    size = max(1, math.ceil(len(models) / (threads if threads == 1 or are_at_once else BLOCKS * threads)))
+    size = min(size, MOST_AT_ONCE)
+    return [models[i : i + size] for i in range(0, len(models), size)]
+
+
+def _alone(model: Model, options: RunOptions, why: str) -> Trajectory:
+    """Return a run as `System.simulate` has it, with why it is not beside others; its start if it cannot begin."""
     try:
         done = run(model, options)
     except SimulationError as error:
@@ -183,6 +217,7 @@ def _alone(model: Model, options: RunOptions) -> Trajectory:
     if done.status is not None and done.status.reason == "by Ctrl-C":
         raise KeyboardInterrupt
     account(model, done)
+    done.statistics.update(lanes=1, lanes_reason=why)
     return done
 
 

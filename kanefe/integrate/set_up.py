@@ -87,11 +87,11 @@ def set_up(model: Model, options: RunOptions) -> SetUp:
     watch, dynamics = watch_of(model, choice, options, told), Dynamics(model)
     stepper = choice.make(dynamics)
     if choice.rivals:
-        stepper = _with_trials(choice, dynamics, stepper, watch, options)
+        stepper = with_trials(choice, dynamics, stepper, watch, options)
     return SetUp(choice, told, dynamics, stepper, watch, FIRST_CHUNK, kept is not None and choice.is_compiled)
 
 
-def _with_trials(
+def with_trials(
     choice: Choice, dynamics: Dynamics, stepper: Stepper, watch: EventWatch | None, options: RunOptions
 ) -> Stepper:
     """Return a stepper that tries other methods in the run."""

@@ -22,6 +22,17 @@ from kanefe.kernels.compiler.arrays import (
 from kanefe.kernels.compiler.calls import call_address, call_law
 from kanefe.kernels.compiler.entries import entry, pointer
 from kanefe.kernels.compiler.signatures import COMPLEX, REAL, in_place
+from kanefe.kernels.values.numbers import (
+    cosine,
+    excess,
+    held_brake,
+    is_above,
+    is_complex,
+    is_there,
+    lane_count,
+    lanes_of,
+    sine,
+)
 from kanefe.kernels.values.parts import Array, Behind, Columns, Many, One, Start, Table, Values, vectors
 from kanefe.kernels.values.records import Record, Rows, column, numbers_from
 from kanefe.kernels.values.tensors import (

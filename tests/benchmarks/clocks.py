@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import TypeVar
 
 from benchmarks.goals import median, median_ratio
@@ -52,6 +53,20 @@ def use_one_core(core: int | None = None) -> int | None:
         raise SystemExit(f"there is no core {core}. There are: {sorted(cores)}")
     os.sched_setaffinity(0, {chosen})
     return chosen
+
+
+@contextmanager
+def use_all_cores() -> Iterator[None]:
+    """Let this process run on all cores for a while, as for wall times of several threads."""
+    if not hasattr(os, "sched_setaffinity"):
+        yield
+        return
+    chosen = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, range(os.cpu_count() or 1))
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, chosen)
 
 
 def seconds(function: Callable[[], object]) -> float:

@@ -23,8 +23,8 @@ PARAMETERS, FUNCTION_LINES = (6, 8), (40, 60, 80)
 """Numbers of parameters of kernels, and of lines of code of functions, above which they are counted."""
 
 LIMITS = {
-    "constants of kernels": 260,
-    "lines of imports of kernels": 2040,
+    "constants of kernels": 267,
+    "lines of imports of kernels": 2125,
     "kernels above 8 parameters": 0,
     "kernels above 6 parameters": 8,
     "functions above 40 lines of code": 2,
@@ -35,21 +35,21 @@ LIMITS = {
 """Largest values of what is counted."""
 
 ROOMS = {
-    "kernels": 32900,
+    "kernels": 33616,
     "integrate": 11450,
     "linear": 10700,
     "imports": 9000,
     "kane": 844,
     "literal": 1587,
     "states": 957,
-    "order_n": 5140,
+    "order_n": 5260,
     "loads": 4410,
     "contact": 3638,
     "joints": 3800,
     "results": 3695,
     "checks": 3685,
     "views": 3457,
-    "studies": 3433,
+    "studies": 3490,
     "bodies": 3690,
     "fe_model": 4890,
     "environment": 2836,
@@ -68,7 +68,7 @@ ROOMS = {
     "report": 577,
     "records": 487,
     "constraints": 422,
-    "batches": 350,
+    "batches": 500,
 }
 """Largest number of lines of each room."""
 

@@ -37,6 +37,7 @@ DOORS = {
         "kanefe/kernels/compiler/_numba_alone.py",
         "kanefe/kernels/compiler/_numba_arrays.py",
         "kanefe/kernels/compiler/_numba_calls.py",
+        "kanefe/kernels/compiler/_numba_lanes.py",
         "kanefe/kernels/compiler/_numba_loops.py",
         "kanefe/kernels/compiler/_numba_passes.py",
         "kanefe/kernels/compiler/_numba_pointers.py",

@@ -161,13 +161,18 @@ class TriedMethods(SteppersInTurn):
         """Continue until all times are passed or so many steps are taken: see `Stepper.integrate_through`."""
         passed, end = 0, self.step_count + most_steps
         while passed < len(times) and (left := end - self.step_count) > 0:
-            most = min(left, self._steps_to_look())
+            most = min(left, self.steps_to_look())
             try:
                 passed += self._now.integrate_through(times[passed:], states[passed:], most, most_steps != 1)
             except StepFailure as failure:
                 passed = self._passed_by_failing(times, states, passed)
                 self._fall_back(failure)
         return passed
+
+    @property
+    def goes_on_with_first(self) -> bool:
+        """Whether no other method has been taken so far."""
+        return self._ran == [0]
 
     @property
     def can_look_out(self) -> bool:
@@ -188,7 +193,7 @@ class TriedMethods(SteppersInTurn):
     ) -> tuple[int, bool]:
         """Continue in the same way over events: see `LooksOut.integrate_over_events`."""
         if most_steps > 0:
-            most_steps = min(most_steps, self._steps_to_look(watched))
+            most_steps = min(most_steps, self.steps_to_look(watched))
         try:
             return self._now.integrate_over_events(times, states, passed, most_steps, watched)
         except StepFailure as failure:
@@ -203,7 +208,7 @@ class TriedMethods(SteppersInTurn):
         """Continue in the same way over samples: see `PassesSamples`."""
         end = self.step_count + most_steps
         while passed < len(times) and (left := end - self.step_count) > 0 and not sampler.has_alarm:
-            most = min(left, self._steps_to_look())
+            most = min(left, self.steps_to_look())
             sampler.keeps_instants = self._stretch is not None
             try:
                 passed = self._now.integrate_over_samples(times, states, passed, most, sampler)
@@ -253,7 +258,7 @@ class TriedMethods(SteppersInTurn):
             self._counts[name] = self._counts.get(name, 0) + value
         self._seen = dict(self._now.statistics)
 
-    def _steps_to_look(self, watched: WatchedRun | None = None) -> int:
+    def steps_to_look(self, watched: WatchedRun | None = None) -> int:
         """Return how many steps are taken before the next look; look, if it is time."""
         restarts = -math.inf if watched is None or watched.regime[0] < 0.0 else float(watched.regime[1])
         if self._stretch is not None and restarts != self._stretch.restarts:

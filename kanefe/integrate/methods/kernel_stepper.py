@@ -74,7 +74,7 @@ class KernelStepper:
         self.name = name
         self.dynamics, self._kernels, self._span = dynamics, kernels, stop - start
         self._bodies = watched_bodies(dynamics.model)
-        self._use(new_memory(dynamics, start, stop, control, kernels, self._bodies))
+        self.use(new_memory(dynamics, start, stop, control, kernels, self._bodies))
         self._no_answer: tuple[float, KanefeError] | None = None
         self.unanswered: list[str] = []
         self._step_times = StepTimes()
@@ -83,7 +83,10 @@ class KernelStepper:
         if kernels.first_step is not None and control.step is None:
             self.step.next_step = kernels.first_step(self)
 
-    def _use(self, memory: StepMemory) -> None:
+    def use(self, memory: StepMemory) -> None:
+        """Go on in other arrays, which have what its own have."""
+        for name in ("_run", "_compiled_run", "_interpolated", "_differentiate"):
+            vars(self).pop(name, None)
         self.integers, self.reals, self.vectors = memory
         self.step: Any = memory.step(self._kernels)
 
@@ -185,9 +188,7 @@ class KernelStepper:
         self._no_answer = None
         self._step_times.places[:] = 0
         if len(snapshot["reals"]) != len(self.reals):
-            self._use(StepMemory(self.integers, np.empty_like(snapshot["reals"]), self.vectors))
-            for name in ("_run", "_compiled_run", "_interpolated", "_differentiate"):
-                vars(self).pop(name, None)
+            self.use(StepMemory(self.integers, np.empty_like(snapshot["reals"]), self.vectors))
         for name, array in (("integers", self.integers), ("reals", self.reals), ("vectors", self.vectors)):
             array[:] = snapshot[name]
 
@@ -215,6 +216,12 @@ class KernelStepper:
         """Whether its memory at the start of a run depends on more of the start than the state."""
         kernels = self._kernels
         return kernels.is_implicit or kernels.has_jacobian or kernels.first_step is not None
+
+    @property
+    def wants_rates_alone(self) -> bool:
+        """Whether it asks for nothing but rates, and so can be evaluated beside others in a scene without loops."""
+        kernels = self._kernels
+        return not (kernels.is_implicit or kernels.has_jacobian or kernels.keeps_balance or kernels.settles_outputs)
 
     @property
     def can_look_out(self) -> bool:

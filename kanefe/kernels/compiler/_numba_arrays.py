@@ -19,6 +19,7 @@ from numba.cpython import slicing
 from numba.np import arrayobj
 
 from kanefe.kernels.compiler._numba_change import Change
+from kanefe.kernels.compiler._numba_lanes import LanesType
 from kanefe.kernels.compiler._numba_values import known_number
 
 INTEGER = ir.IntType(64)
@@ -29,7 +30,7 @@ FULL = INTEGER(0), INTEGER(2**63 - 1)
 
 def is_plain(kind: Any) -> bool:
     """Return whether a type is that of contiguous arrays of plain numbers."""
-    numbers = types.Integer, types.Float, types.Complex
+    numbers = types.Integer, types.Float, types.Complex, LanesType
     return isinstance(kind, types.Array) and kind.layout == "C" and isinstance(kind.dtype, numbers)
 
 

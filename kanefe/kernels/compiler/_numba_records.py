@@ -16,9 +16,9 @@ from numba.core.errors import TypingError
 from numba.core.imputils import lower_getattr_generic, lower_setattr_generic
 from numba.core.typing.templates import AttributeTemplate, infer_getattr
 
+from kanefe.kernels.compiler._numba_lanes import COMPLEX, IN_MEMORY
+from kanefe.kernels.compiler._numba_symbols import Symbol
 from kanefe.kernels.compiler._numba_tensors import (
-    COMPLEX,
-    Symbol,
     number_symbol,
     number_value,
     packed,
@@ -151,7 +151,7 @@ def behind(builder: Any, address: Any, at: Any) -> Any:
 def load_number(builder: Any, scalar: Any, address: Any) -> Symbol:
     """Return the number at an address."""
     if scalar != COMPLEX:
-        return number_symbol(builder, scalar, builder.load(address))
+        return number_symbol(builder, scalar, builder.load(address, align=IN_MEMORY))
     parts = [builder.gep(address, [PART(0), PART(i)], inbounds=True) for i in range(2)]
     return Symbol(builder, *map(builder.load, parts))
 
@@ -159,7 +159,7 @@ def load_number(builder: Any, scalar: Any, address: Any) -> Symbol:
 def store_number(builder: Any, scalar: Any, address: Any, number: Symbol) -> None:
     """Write a number to an address."""
     if scalar != COMPLEX:
-        builder.store(number_value(builder, scalar, number), address)
+        builder.store(number_value(builder, scalar, number), address, align=IN_MEMORY)
         return
     imaginary = number.imaginary if number.is_complex else ir.DoubleType()(0.0)
     for i, part in enumerate((number.real, imaginary)):

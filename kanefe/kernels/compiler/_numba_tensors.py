@@ -1,14 +1,14 @@
 """Vectors and matrices in compiled code: types of numba, and operators by running those of Python on symbols.
 
-A symbol of a number writes an instruction where it is added or multiplied. An operator of
-`kanefe.kernels.values.tensors`, which is plain Python, is run once on such symbols, and what it returns is the code:
-there is no function to be called, and none to be inlined. What floating point may do is what the kernel says that the
-code becomes a part of. For types alone the same functions are run on numbers of which only the kind is known.
+An operator of `kanefe.kernels.values.tensors`, which is plain Python, is run once on symbols of numbers
+(`kanefe.kernels.compiler._numba_symbols`), and what it returns is the code: there is no function to be called, and none
+to be inlined. What floating point may do is what the kernel says that the code becomes a part of.
 """
 
 from __future__ import annotations
 
 import inspect
+import itertools
 import operator
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -22,11 +22,10 @@ from numba.core.imputils import lower_builtin, lower_cast, lower_constant, lower
 from numba.core.typing.templates import AbstractTemplate, AttributeTemplate, infer_getattr, infer_global, signature
 from numba.extending import typeof_impl
 
-from kanefe.kernels.compiler._numba_calls import quotient
-from kanefe.kernels.values.tensors import FUNCTIONS, KINDS, Value
-
-REAL, COMPLEX = types.float64, types.complex128
-DOUBLE = ir.DoubleType()
+from kanefe.kernels.compiler._numba_lanes import COMPLEX, DOUBLE, LANES, REAL, LanesType, widened
+from kanefe.kernels.compiler._numba_symbols import Symbol, Truth, Unknown, scalar_of
+from kanefe.kernels.values import numbers, tensors
+from kanefe.kernels.values.tensors import KINDS, Value
 
 OPERATORS = {
     operator.add: operator.add,
@@ -50,126 +49,28 @@ SIGNS = {
 }
 
 
-class Symbol:
-    """A number in code that is written.
-
-    Parameters
-    ----------
-    builder : of llvmlite
-    real : value of llvmlite
-    imaginary : value of llvmlite, optional
-        Of a complex number.
-    """
-
-    def __init__(self, builder: Any, real: Any, imaginary: Any = None) -> None:
-        self.builder, self.real, self.imaginary = builder, real, imaginary
-
-    @property
-    def is_complex(self) -> bool:
-        """Whether it is of the complex type."""
-        return self.imaginary is not None
-
-    def _symbol(self, number: Any) -> Symbol:
-        return number if isinstance(number, Symbol) else Symbol(self.builder, DOUBLE(float(number)))
-
-    def _made(self, real: Any, imaginary: Any = None) -> Symbol:
-        return Symbol(self.builder, real, imaginary)
-
-    def __add__(self, other: Any) -> Symbol:
-        if isinstance(other, Value):
-            return NotImplemented
-        other, add = self._symbol(other), self.builder.fadd
-        real = add(self.real, other.real)
-        if self.is_complex and other.is_complex:
-            return self._made(real, add(self.imaginary, other.imaginary))
-        return self._made(real, self.imaginary if self.is_complex else other.imaginary)
-
-    def __sub__(self, other: Any) -> Symbol:
-        if isinstance(other, Value):
-            return NotImplemented
-        other, subtract = self._symbol(other), self.builder.fsub
-        real = subtract(self.real, other.real)
-        if self.is_complex and other.is_complex:
-            return self._made(real, subtract(self.imaginary, other.imaginary))
-        return self._made(real, self.builder.fneg(other.imaginary) if other.is_complex else self.imaginary)
-
-    def __mul__(self, other: Any) -> Symbol:
-        if isinstance(other, Value):
-            return NotImplemented
-        other, times = self._symbol(other), self.builder.fmul
-        a, b, c, d = self.real, self.imaginary, other.real, other.imaginary
-        if self.is_complex and other.is_complex:
-            real = self.builder.fsub(times(a, c), times(b, d))
-            return self._made(real, self.builder.fadd(times(a, d), times(b, c)))
-        if self.is_complex:
-            return self._made(times(a, c), times(b, c))
-        return self._made(times(a, c), times(a, d) if other.is_complex else None)
-
-    def __truediv__(self, other: Any) -> Symbol:
-        if isinstance(other, Value):
-            return NotImplemented
-        other, divide = self._symbol(other), self.builder.fdiv
-        if other.is_complex:
-            imaginary = self.imaginary if self.is_complex else DOUBLE(0.0)
-            return self._made(*quotient(self.builder, self.real, imaginary, other.real, other.imaginary))
-        imaginary = divide(self.imaginary, other.real) if self.is_complex else None
-        return self._made(divide(self.real, other.real), imaginary)
-
-    def __neg__(self) -> Symbol:
-        negative = self.builder.fneg
-        return self._made(negative(self.real), negative(self.imaginary) if self.is_complex else None)
-
-    def __radd__(self, other: Any) -> Symbol:
-        return self._symbol(other) + self
-
-    def __rsub__(self, other: Any) -> Symbol:
-        return self._symbol(other) - self
-
-    def __rmul__(self, other: Any) -> Symbol:
-        return self._symbol(other) * self
-
-    def __rtruediv__(self, other: Any) -> Symbol:
-        return self._symbol(other) / self
-
-
-class Unknown:
-    """A number of which only the kind is known."""
-
-    def __init__(self, is_complex: bool) -> None:
-        self.is_complex = is_complex
-
-    def _with(self, *others: Any) -> Any:
-        if any(isinstance(other, Value) for other in others):
-            return NotImplemented
-        return Unknown(self.is_complex or any(map(_is_complex, others)))
-
-    __add__ = __sub__ = __mul__ = __truediv__ = __neg__ = _with
-    __radd__ = __rsub__ = __rmul__ = __rtruediv__ = _with
-
-
-def _is_complex(number: Any) -> bool:
-    return number.is_complex if isinstance(number, (Symbol, Unknown)) else isinstance(number, complex)
-
-
 class ValueType(types.Type):  # type: ignore[misc]
     """The type of a kind of values, of real or complex numbers."""
 
     def __init__(self, kind: type[Value], scalar: Any) -> None:
         self.kind, self.scalar = kind, scalar
-        super().__init__(kind.__name__ if scalar == REAL else f"complex {kind.__name__}")
+        words = {REAL: "", COMPLEX: "complex ", LANES: "lanes of "}
+        super().__init__(f"{words[scalar]}{kind.__name__}")
 
     def can_convert_to(self, context: Any, other: Any) -> Any:
-        """Return how well it becomes another type: complex numbers take real ones."""
-        if isinstance(other, ValueType) and (other.kind, self.scalar, other.scalar) == (self.kind, REAL, COMPLEX):
+        """Return how well it becomes another type: complex numbers and lanes take real ones."""
+        if isinstance(other, ValueType) and other.kind is self.kind and self.scalar == REAL != other.scalar:
             return typeconv.Conversion.promote
         return None
 
     def unify(self, context: Any, other: Any) -> Any:
         """Return the type of what is one or the other."""
-        return value_type(self.kind, COMPLEX) if isinstance(other, ValueType) and other.kind is self.kind else None
+        if not isinstance(other, ValueType) or other.kind is not self.kind:
+            return None
+        return value_type(self.kind, scalar_of(Unknown(self.scalar), Unknown(other.scalar)))
 
 
-_TYPES = {(kind, scalar): ValueType(kind, scalar) for kind in KINDS for scalar in (REAL, COMPLEX)}
+_TYPES = {(kind, scalar): ValueType(kind, scalar) for kind in KINDS for scalar in (REAL, COMPLEX, LANES)}
 
 
 def value_type(kind: Any, scalar: Any) -> ValueType:
@@ -186,14 +87,16 @@ class _ValueModel(models.StructModel):  # type: ignore[misc]
 def _unknown(kind: Any) -> Any:
     """Return what stands for an argument where only types are wanted."""
     if isinstance(kind, ValueType):
-        return kind.kind(*[Unknown(kind.scalar == COMPLEX)] * kind.kind.count)
-    return Unknown(isinstance(kind, types.Complex))
+        return kind.kind(*[Unknown(kind.scalar)] * kind.kind.count)
+    return Unknown(kind if kind in (COMPLEX, LANES) else REAL)
 
 
 def _type_of(found: Any) -> Any:
+    if isinstance(found, (Truth, bool)):
+        return types.boolean
     if isinstance(found, Value):
-        return value_type(type(found), COMPLEX if any(map(_is_complex, found)) else REAL)
-    return COMPLEX if _is_complex(found) else REAL
+        return value_type(type(found), scalar_of(*found))
+    return scalar_of(found)
 
 
 def number_symbol(builder: Any, kind: Any, value: Any) -> Symbol:
@@ -214,8 +117,8 @@ def symbol(builder: Any, kind: Any, value: Any) -> Any:
 def number_value(builder: Any, scalar: Any, number: Any) -> Any:
     """Return a number as llvmlite has it."""
     number = number if isinstance(number, Symbol) else _constant_symbol(number)
-    if scalar == REAL:
-        return number.real
+    if scalar != COMPLEX:
+        return widened(builder, [number.real], scalar == LANES)[0]
     imaginary = number.imaginary if number.is_complex else DOUBLE(0.0)
     made = ir.Constant(ir.LiteralStructType([DOUBLE, DOUBLE]), ir.Undefined)
     return builder.insert_value(builder.insert_value(made, number.real, 0), imaginary, 1)
@@ -227,7 +130,9 @@ def _constant_symbol(number: Any) -> Symbol:
 
 
 def packed(context: Any, builder: Any, kind: Any, found: Any) -> Any:
-    """Return a number, or a value, as llvmlite has it."""
+    """Return a number, a value, or whether something holds, as llvmlite has it."""
+    if isinstance(found, (Truth, bool)):
+        return found.value if isinstance(found, Truth) else ir.IntType(1)(found)
     if not isinstance(kind, ValueType):
         return number_value(builder, kind, found)
     made = ir.Constant(context.get_value_type(kind), ir.Undefined)
@@ -238,7 +143,7 @@ def packed(context: Any, builder: Any, kind: Any, found: Any) -> Any:
 
 @lower_cast(ValueType, ValueType)
 def _cast(context: Any, builder: Any, given: Any, wanted: Any, value: Any) -> Any:
-    if given.kind is not wanted.kind or (given.scalar, wanted.scalar) == (COMPLEX, REAL):
+    if given.kind is not wanted.kind or given.scalar not in (REAL, wanted.scalar):
         raise TypingError(f"a {wanted} is wanted, not a {given}")
     return packed(context, builder, wanted, symbol(builder, given, value))
 
@@ -270,7 +175,7 @@ def _add_function(function: Callable[..., Any], key: Any, takes_numbers: bool, *
     class Template(AbstractTemplate):  # type: ignore[misc]
         def generic(self, args: Any, kws: Any) -> Any:
             """Return the signature for types of arguments."""
-            is_value = [isinstance(arg, ValueType) for arg in args]
+            is_value = [isinstance(arg, (ValueType, LanesType)) for arg in args]
             others = all(value or isinstance(arg, types.Number) for value, arg in zip(is_value, args, strict=True))
             if kws or not others or not (takes_numbers or any(is_value)):
                 return None
@@ -309,11 +214,18 @@ def _property(context: Any, builder: Any, kind: Any, value: Any, name: str) -> A
     return packed(context, builder, _type_of(found), found)
 
 
+_OURS = ValueType, LanesType
+_PAIRS = (
+    *itertools.product(_OURS, _OURS),
+    *((one, types.Number) for one in _OURS),
+    *((types.Number, one) for one in _OURS),
+)
 for _key, _does in OPERATORS.items():
-    _pairs = (ValueType, ValueType), (ValueType, types.Number), (types.Number, ValueType)
-    _add_function(_does, _key, False, *_pairs)
-_add_function(operator.neg, operator.neg, False, (ValueType,))
-for _function in FUNCTIONS:
+    _add_function(_does, _key, False, *_PAIRS)
+for _key in (operator.truediv, operator.itruediv):
+    _add_function(operator.truediv, _key, False, *_PAIRS)
+_add_function(operator.neg, operator.neg, False, *((one,) for one in _OURS))
+for _function in (*tensors.FUNCTIONS, *numbers.FUNCTIONS):
     _add_function(_function, _function, True, (types.Any,) * len(inspect.signature(_function).parameters))
 for _kind in KINDS:
     _add_function(_kind, _kind, True, (types.Any,) * _kind.count)

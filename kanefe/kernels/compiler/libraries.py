@@ -19,8 +19,8 @@ _ENGINE = """
     compiler.filling constraints.closing constraints.contact_margins evaluation.evaluation evaluation.derivatives
     evaluation.forces evaluation.masses evaluation.momenta evaluation.replay evaluation.stiff_directions events.lookout
     events.steps_with_events impacts.cones impacts.contact_changes impacts.moments loads.telling loads.watching
-    planar.evaluation steppers.integration steppers.sampling steppers.settled_outputs steppers.step_commands
-    sweeps.outward
+    planar.evaluation steppers.integration steppers.lanes steppers.sampling steppers.settled_outputs
+    steppers.step_commands sweeps.outward
 """
 
 ENGINE = "engine"
@@ -61,6 +61,7 @@ ALWAYS = tuple(
         "compiler/_numba_calls",
         "compiler/_numba_change",
         "compiler/_numba_in_place",
+        "compiler/_numba_lanes",
         "compiler/_numba_loops",
         "compiler/_numba_module",
         "compiler/_numba_objects",
@@ -68,10 +69,12 @@ ALWAYS = tuple(
         "compiler/_numba_pointers",
         "compiler/_numba_records",
         "compiler/_numba_rows",
+        "compiler/_numba_symbols",
         "compiler/_numba_tensors",
         "compiler/_numba_values",
         "compiler/arrays",
         "compiler/signatures",
+        "values/numbers",
         "values/parts",
         "values/records",
         "values/tensors",

@@ -30,7 +30,7 @@ from kanefe.kernels.constraints.loop_tables import (
 from kanefe.kernels.constraints.row_wrenches import along_row, clear_all_forces, push_row, wrench_on, write_rows
 from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_forces_inward
 from kanefe.kernels.language import kernel
-from kanefe.kernels.scene import Scene, State, Work
+from kanefe.kernels.scene import Scene, State, Work, links_of
 from kanefe.kernels.sweeps.driving_forces import put_driving_forces
 
 
@@ -128,7 +128,7 @@ def _respond(scene: Scene, work: Work, kept: UnitResponses, j: int, rubs: bool, 
     sweep_forces_inward(scene, work, is_implicit, None)
     sweep_accelerations(scene, work, is_implicit, None, response)  # the driven entries keep the driving forces
     if len(drive) > 0:
-        put_driving_forces(scene, work, drive)
+        put_driving_forces(links_of(scene), work.frames, work.applied, drive)
     return along_row(scene, work, exerted, j, response)
 
 

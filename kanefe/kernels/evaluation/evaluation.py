@@ -18,6 +18,7 @@ from kanefe.kernels.constraints.tree_sweeps import sweep_accelerations, sweep_in
 from kanefe.kernels.joints.by_kind import put_coordinate_rates
 from kanefe.kernels.language import COMPLEX, REAL, RealRows, Reals, ValueRows, entry, expanded, inlined, kernel
 from kanefe.kernels.loads.acting import acting_size
+from kanefe.kernels.loads.coordinate_law import CoordinateLaws
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.loads.joint_reactions import add_reactions, follow_reactions
 from kanefe.kernels.loads.loads_between import add_loads_between
@@ -164,15 +165,15 @@ def put_rates_of_coordinates(scene: Scene, state: State, dq: np.ndarray) -> None
 @kernel
 def add_forces(scene: Scene, state: State, work: Work, rates: Rates) -> None:
     """Add forces on rows, along joints and on modes, but for loads between frames; write their powers."""
-    powers = rates.powers
+    powers, tables = rates.powers, scene.tables
     work.applied[:] = 0.0
     rates.dz[:] = 0.0
     powers[1] = add_point_loads(scene, state, work)
-    dissipated, motors = add_joint_forces(scene.tables, state, work.applied)
+    dissipated, motors = add_joint_forces(tables.joint_forces, CoordinateLaws(tables.laws), state, work.applied)
     powers[0] = dissipated
     powers[1] += motors
     if len(state.drives) > 0:
-        turn_driven_rotors(scene, state.drives, work.applied)
+        turn_driven_rotors(links_of(scene), state.drives, work.applied)
     if len(scene.flexible.bodies) > 0:
         powers[0] += modal_dissipation(scene, work)
         powers[1] += add_field_loads(scene, state, work)
@@ -211,7 +212,7 @@ def accelerate_all(scene: Scene, state: State, work: Work, rates: Rates, is_impl
         is_regular, weakest = sweep_inward(scene, work, is_implicit, None)
         sweep_accelerations(scene, work, is_implicit, None, du)
     if len(work.driving) > 0:
-        put_driving_forces(scene, work, work.driving)
+        put_driving_forces(links_of(scene), work.frames, work.applied, work.driving)
     if len(work.reactions) > 0:
         work.reactions[:] = 0.0
         add_reactions(scene, work)

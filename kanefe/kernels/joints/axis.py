@@ -6,7 +6,19 @@ import numpy as np
 
 from kanefe.kernels.joints.handing import Felt
 from kanefe.kernels.joints.motion import ROUND_OFF, Relative
-from kanefe.kernels.language import Matrix, Vector, dot, inlined, outer, square, turned_about_z
+from kanefe.kernels.language import (
+    Matrix,
+    Vector,
+    cosine,
+    dot,
+    inlined,
+    is_above,
+    is_there,
+    outer,
+    sine,
+    square,
+    turned_about_z,
+)
 from kanefe.kernels.tree import AxisFrame, Link
 
 
@@ -28,8 +40,8 @@ def move_axis(
     position, rate, acceleration = motion_along(link, drives, q, u)
     v, w = link.along * R.z, link.about * R.z
     turned = R
-    if link.about != 0.0:
-        turned = turned_about_z(R, np.cos(link.about * position), np.sin(link.about * position))
+    if is_there(link.about):
+        turned = turned_about_z(R, cosine(link.about * position), sine(link.about * position))
     return turned, position * v, Relative(rate * v, rate * w, acceleration * v, acceleration * w)
 
 
@@ -43,7 +55,7 @@ def eliminate_along(frame: AxisFrame, v: Vector, w: Vector, applied: Any, added:
     pivot = 1.0 / inertia
     frame.Ul, frame.Ua, frame.pivot = Ul, Ua, pivot
     frame.rest = pivot * (applied - dot(v, frame.f) - dot(w, frame.n))
-    return inertia.real > ROUND_OFF * largest.real
+    return is_above(inertia, ROUND_OFF * largest)
 
 
 @inlined

@@ -10,7 +10,7 @@ import numpy as np
 
 from kanefe.kernels.joints.handing import Felt
 from kanefe.kernels.joints.motion import has_inverse, orientation, put_three, three
-from kanefe.kernels.language import NO_INERTIA, NO_MATRIX, Matrix, Vector, diagonal, inlined, symmetric
+from kanefe.kernels.language import NO_INERTIA, NO_MATRIX, Matrix, Vector, diagonal, inlined, is_there, symmetric
 from kanefe.kernels.tree import BallFrame, Link
 
 
@@ -36,7 +36,7 @@ def across_ball(link: Link, frame: BallFrame, applied: np.ndarray) -> Felt:
     torque, H, T = frame.R @ three(applied, link.speed), frame.H, frame.turning
     _, f, n = force_through_ball(link, frame, torque, frame.f, frame.n)
     M, lever, J = frame.M - symmetric(H @ T @ H.T), NO_MATRIX, NO_INERTIA
-    if link.armature > 0.0:
+    if is_there(link.armature):
         lever, J = link.armature * (H @ T), link.armature * symmetric(T @ frame.J)
     return Felt(M, lever, J, f, n)
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from kanefe.kernels.joints.motion import Relative
-from kanefe.kernels.language import Matrix, Vector, call_address, inlined
+from kanefe.kernels.language import Matrix, Vector, call_address, inlined, is_complex
 from kanefe.kernels.tree import Frame, FunctionFrame, FunctionMotion, GivenFrame, GivenLink, Link
 
 
@@ -28,7 +28,7 @@ def move_given(
     own, called, found = GivenLink(link), FunctionFrame(frame), FunctionMotion(frame)
     called.coordinate[0] = position
     called.written[:] = 0.0
-    address = own.complex_function if np.iscomplexobj(called.written) else own.function
+    address = own.complex_function if is_complex(called.coordinate[0]) else own.function
     call_address(address, (numbers[own.first_number :], called.coordinate, called.written))
     v, w, given = R @ found.by_v, R @ found.by_w, GivenFrame(frame)
     given.partial_v, given.partial_w = v, w

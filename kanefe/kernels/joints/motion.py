@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from kanefe.kernels.language import Matrix, Symmetric, Vector, cross, inlined, rotation
+from kanefe.kernels.language import Matrix, Symmetric, Vector, cross, inlined, is_above, rotation
 from kanefe.kernels.tree import Motion
 
 ROUND_OFF = 1e-14
@@ -39,8 +39,8 @@ def orientation(q: np.ndarray, at: int) -> Matrix:
 @inlined
 def has_inverse(S: Symmetric, inverse: Symmetric) -> bool:
     """Return whether inertias along all directions are above the round-off of the largest: by the two traces."""
-    spread = (S.trace * inverse.trace).real
-    return 0.0 < spread < 1.0 / ROUND_OFF  # also false for what is not a number
+    spread = S.trace * inverse.trace
+    return is_above(spread, 0.0) and is_above(1.0 / ROUND_OFF, spread)  # also false for what is not a number
 
 
 class Relative(NamedTuple):

@@ -6,7 +6,7 @@ import numpy as np
 
 from kanefe.kernels.joints.axis import motion_along
 from kanefe.kernels.joints.motion import ROUND_OFF
-from kanefe.kernels.language import Matrix, Vector, dot, inlined, turned_about_z
+from kanefe.kernels.language import Matrix, Vector, cosine, dot, inlined, is_above, sine, turned_about_z
 from kanefe.kernels.tree import AxisFrame, Link
 
 
@@ -16,7 +16,7 @@ def move_revolute(
 ) -> tuple[Matrix, Vector, Vector]:
     """Return axes, turning, and what the drive adds to its rate."""
     angle, rate, acceleration = motion_along(link, drives, q, u)
-    return turned_about_z(R, np.cos(angle), np.sin(angle)), rate * R.z, acceleration * R.z
+    return turned_about_z(R, cosine(angle), sine(angle)), rate * R.z, acceleration * R.z
 
 
 @inlined
@@ -28,4 +28,4 @@ def eliminate_revolute(frame: AxisFrame, applied: Any, added: Any) -> bool:
     pivot = 1.0 / inertia
     frame.Ul, frame.Ua, frame.pivot = Ul, Ua, pivot
     frame.rest = pivot * (applied - dot(axis, frame.n))
-    return inertia.real > ROUND_OFF * frame.J.trace.real
+    return is_above(inertia, ROUND_OFF * frame.J.trace)

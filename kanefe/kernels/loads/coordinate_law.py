@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from kanefe.kernels.language import Record, Rows, inlined
+from kanefe.kernels.language import Record, Rows, excess, held_brake, inlined
 
 
 class CoordinateLaw(Record):
@@ -24,11 +24,7 @@ class CoordinateLaws(Rows[CoordinateLaw]):
 @inlined
 def beyond_stop(law: CoordinateLaw, position: Any) -> Any:
     """Return how far a coordinate is beyond a stop, below zero at the lower one."""
-    if position.real > law.upper:
-        return position - law.upper
-    if position.real < law.lower:
-        return position - law.lower
-    return 0.0 * position
+    return excess(position, law.lower, law.upper)
 
 
 @inlined
@@ -36,13 +32,8 @@ def coordinate_force(law: CoordinateLaw, position: Any, rate: Any) -> tuple[Any,
     """Return the conservative and the dissipative force along a coordinate."""
     conservative, dissipative = -law.stiffness * (position - law.rest), -law.damping * rate
     beyond = beyond_stop(law, position)
-    if beyond.real != 0.0:
-        stop, brake = -law.stop_stiffness * beyond, -law.stop_damping * rate
-        if (stop + brake).real * beyond.real > 0.0:  # a stop never pulls
-            brake = -stop
-        conservative += stop
-        dissipative += brake
-    return conservative, dissipative
+    stop = -law.stop_stiffness * beyond
+    return conservative + stop, dissipative + held_brake(stop, -law.stop_damping * rate, beyond)
 
 
 @inlined

@@ -23,13 +23,9 @@ class JointForces(Rows[JointForce]):
 
 
 @inlined
-def add_joint_forces(tables: Any, state: State, applied: np.ndarray) -> tuple[Any, Any]:
-    """Add the forces along joint coordinates; return the power dissipated and that of motors.
-
-    `tables` are `Tables`, or those in the plane.
-    """
-    dissipated = work = 0.0 * applied.sum()
-    forces, laws = JointForces(tables.joint_forces), CoordinateLaws(tables.laws)
+def add_joint_forces(rows: np.ndarray, laws: CoordinateLaws, state: State, applied: np.ndarray) -> tuple[Any, Any]:
+    """Add the forces along joint coordinates, in rows of a table; return the power dissipated and that of motors."""
+    dissipated, work, forces = 0.0, 0.0, JointForces(rows)
     for n in range(len(forces)):
         force, at = forces[n], forces[n].speed
         position, rate = along(state, force.coordinate, at)

@@ -1,10 +1,13 @@
 """One evaluation of the right-hand side of a planar scene, with three speeds a body at most."""
 
+from typing import Any
+
 import numpy as np
 
 from kanefe.kernels.algebra.cosines import put_cosines
 from kanefe.kernels.evaluation.evaluation import Asked, pushes_in
-from kanefe.kernels.language import RealRows, Reals, entry, expanded
+from kanefe.kernels.language import RealRows, Reals, entry, expanded, inlined
+from kanefe.kernels.loads.coordinate_law import CoordinateLaws
 from kanefe.kernels.loads.joint_forces import add_joint_forces
 from kanefe.kernels.planar.inward import sweep_accelerations, sweep_inward
 from kanefe.kernels.planar.layout import PlanarTables, PlanarWork
@@ -31,7 +34,6 @@ def evaluate_planar(
     state = state_in(tables, asked.t, vectors[VECTOR.at], drives, inputs)
     rates = rates_in(tables, vectors[VECTOR.slope])
     work = PlanarWork(tables.work, memory)
-    set_ground(work.work, work.angles)
     if not put_planar_rates(tables, state, work, rates, asked, vectors):
         return NO_INERTIA, 1.0
     return RATES if is_finite(vectors[VECTOR.slope]) else NOT_FINITE, 1.0
@@ -42,20 +44,36 @@ def put_planar_rates(
     tables: PlanarTables, state: State, own: PlanarWork, rates: Rates, asked: Asked, vectors: np.ndarray
 ) -> bool:
     """Write dy/dt; return whether every joint has inertia along it."""
-    work, applied, added, drives = own.work, own.applied, own.added, state.drives
+    apply_forces(tables, state, own, rates)
+    if asked.is_implicit:
+        pushes = pushes_in(asked, vectors, len(state.q), len(state.u))
+        stiffen_joints(tables, state, pushes, own.applied, own.added)
+    return accelerate_in_plane(tables, state, own, rates, asked.is_implicit)
+
+
+@inlined
+def apply_forces(tables: Any, state: State, own: PlanarWork, rates: Rates) -> None:
+    """Write motion, inertia and forces of all rows, dq/dt, and the powers of loads.
+
+    `tables` are `PlanarTables`, or `kanefe.kernels.planar.lanes.LanesInPlane`.
+    """
+    work, applied = own.work, own.applied
+    set_ground(work, own.angles)
     sweep_turns(tables, state, own)
     put_cosines(own.angles, own.cosines, own.sines)
     sweep_outward(tables, state, own, rates.dq)
-
     applied[:] = 0.0
-    work_of_loads = add_point_loads(tables, state.inputs, work)
-    dissipated, work_of_motors = add_joint_forces(tables, state, applied)
-    if asked.is_implicit:
-        stiffen_joints(tables, state, pushes_in(asked, vectors, len(state.q), len(state.u)), applied, added)
-
-    is_regular = sweep_inward(tables, drives, applied, work, asked.is_implicit, added)
-    work_of_drives = sweep_accelerations(tables, drives, applied, work, rates.du)
     rates.dz[:] = 0.0
+    work_of_loads = add_point_loads(tables, state.inputs, work)
+    laws = CoordinateLaws(tables.laws)
+    dissipated, work_of_motors = add_joint_forces(tables.joint_forces, laws, state, applied)
     rates.powers[0] = dissipated
-    rates.powers[1] = work_of_loads + work_of_motors + work_of_drives
+    rates.powers[1] = work_of_loads + work_of_motors
+
+
+@inlined
+def accelerate_in_plane(tables: Any, state: State, own: PlanarWork, rates: Rates, is_implicit: bool) -> bool:
+    """Write du, and the power of the drives; return whether every joint has inertia along it."""
+    is_regular = sweep_inward(tables, state.drives, own.applied, own.work, is_implicit, own.added)
+    rates.powers[1] += sweep_accelerations(tables, state.drives, own.applied, own.work, rates.du)
     return is_regular

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.kernels.language import inlined
+from kanefe.kernels.language import inlined, is_above
 from kanefe.kernels.planar.layout import AT, ROW, SHAPE, PlanarTables, RowKind
 
 
@@ -41,7 +41,7 @@ def float_freely(tables: PlanarTables, applied: np.ndarray, work: np.ndarray, i:
     work[parent, AT.force] += force_x
     work[parent, AT.force + 1] += force_y
     work[parent, AT.moment] += torque + work[i, AT.offset] * force_y - work[i, AT.offset + 1] * force_x
-    return j.real > 0.0 and determinant.real > 0.0
+    return is_above(j, 0.0) and is_above(determinant, 0.0)
 
 
 @inlined
@@ -77,7 +77,7 @@ def sweep_inward(
             h_r -= resists
             work[parent, AT.j] += resists
             pivot = 1.0 / j
-            is_regular = is_regular and j.real > 0.0
+            is_regular = is_regular and is_above(j, 0.0)
             e_x, e_y, e_r = pivot * h_x, pivot * h_y, pivot * h_r
             rest = pivot * (torque - moment - h_x * b_x - h_y * b_y)
             work[i, AT.u], work[i, AT.u + 1], work[i, AT.u + 2], work[i, AT.rest] = e_x, e_y, e_r, rest
@@ -105,7 +105,7 @@ def sweep_inward(
                 inertia = axis_x * u_x + axis_y * u_y + geometry[i, SHAPE.armature]
                 if is_implicit:
                     inertia += added[speed]
-                is_regular = is_regular and inertia.real > 0.0
+                is_regular = is_regular and is_above(inertia, 0.0)
                 pivot = 1.0 / inertia
                 rest = pivot * (applied[speed] - axis_x * force_x - axis_y * force_y)
                 e_x, e_y, e_j = pivot * u_x, pivot * u_y, pivot * u_j

@@ -4,13 +4,12 @@ import numpy as np
 
 from kanefe.kernels.joints.by_kind import partials
 from kanefe.kernels.language import dot, kernel
-from kanefe.kernels.scene import Scene, Work, links_of
+from kanefe.kernels.tree import Frames, Links
 
 
 @kernel
-def turn_driven_rotors(scene: Scene, drives: np.ndarray, applied: np.ndarray) -> None:
+def turn_driven_rotors(links: Links, drives: np.ndarray, applied: np.ndarray) -> None:
     """Take what the rotors behind the gears of driven coordinates need from what is applied along these."""
-    links = links_of(scene)
     for i in range(len(links)):
         link = links[i]
         if link.drive >= 0:
@@ -18,9 +17,8 @@ def turn_driven_rotors(scene: Scene, drives: np.ndarray, applied: np.ndarray) ->
 
 
 @kernel
-def put_driving_forces(scene: Scene, work: Work, forces: np.ndarray) -> None:
+def put_driving_forces(links: Links, frames: Frames, applied: np.ndarray, forces: np.ndarray) -> None:
     """Write the forces that driven coordinates need beyond what is applied to them."""
-    links, frames, applied = links_of(scene), work.frames, work.applied
     for i in range(len(links)):
         link, frame = links[i], frames[i]
         if link.drive < 0:

@@ -37,11 +37,11 @@ def set_inertia(scene: Scene, work: Work) -> None:
         else:
             put_rigid(frame, link.mass, link.first, link.second, link.rotor)
             if not link.has_gravity:
-                _take_gravity_off(frame, link.mass, fall)
+                take_gravity_off(frame, link.mass, fall)
 
 
 @inlined
-def _take_gravity_off(frame: Frame, mass: Any, fall: Vector) -> None:
+def take_gravity_off(frame: Frame, mass: Any, fall: Vector) -> None:
     """Undo gravity, which is part of Z, for a body without gravity."""
     frame.f += mass * fall
     frame.n += cross(first_moment(frame.H), fall)
@@ -50,7 +50,7 @@ def _take_gravity_off(frame: Frame, mass: Any, fall: Vector) -> None:
 @kernel
 def _lift(body: ModalBody, frame: Frame, fall: Vector) -> None:
     """Undo gravity for a flexible body without gravity."""
-    _take_gravity_off(frame, body.mass, fall)
+    take_gravity_off(frame, body.mass, fall)
     g, p, linear = frame.R.T @ fall, body.p, body.linear
     for j in range(len(p)):
         p[j] -= dot(g, linear[j])

@@ -13,6 +13,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +24,7 @@ from kanefe.errors import KanefeError, ModelError, SimulationError
 from kanefe.result import Result
 from kanefe.storage.digest import code_stamp
 from kanefe.storage.sealed import sealed
+from kanefe.studies.workers.at_once import Begun, begun_at_once
 from kanefe.studies.workers.case_warnings import CaseWarnings
 from kanefe.studies.workers.time_limit import TimeIsUp, within
 from kanefe.system import System
@@ -59,6 +61,11 @@ class Work:
     outputs: Callable[[Result], Any]
     options: Mapping[str, Any]
     most_seconds: float | None = None
+
+    @property
+    def may_be_at_once(self) -> bool:
+        """Whether cases may begin together: there is no time limit of each."""
+        return self.most_seconds is None
 
     def built(self, parameters: Mapping[str, Any]) -> tuple[System, dict[str, Any]]:
         """Return the scene of a case, and the options of its run.
@@ -142,7 +149,8 @@ def run_block(work: Work | bytes, expected: str, cases: Sequence[Case]) -> Done:
     """
     task = ready(work, expected)
     began = time.perf_counter()
-    rows = [run_case(task, case) for case in cases]
+    begun = begun_at_once(task, [case.parameters for case in cases]) if task.may_be_at_once and len(cases) > 1 else []
+    rows = [run_case(task, case, one) for case, one in zip_longest(cases, begun)]
     lines = "".join(f"{sealed(row)}\n" for row in rows)
     return Done(lines, len(rows), sum(row["status"] == "failed" for row in rows), time.perf_counter() - began)
 
@@ -162,24 +170,25 @@ def _unpickled(work: bytes) -> Work:
     return found
 
 
-def run_case(work: Work, case: Case) -> dict[str, Any]:
-    """Return the row of a case. Any error in it is recorded there, and does not stop other cases."""
+def run_case(work: Work, case: Case, begun: Begun | None = None) -> dict[str, Any]:
+    """Return the row of a case, which may have begun. Any error is recorded there, and does not stop other cases."""
     row: dict[str, Any] = {"case": case.number, "key": case.key, "parameters": case.parameters}
     wall, cpu = time.perf_counter(), time.thread_time()
     doing, collected = ["build"], CaseWarnings()
 
     def outcome() -> dict[str, Any]:
         with collected:
-            return _outcome(work, case.parameters, doing)
+            return _outcome(work, case.parameters, doing, begun)
 
     try:
         row |= within(work.most_seconds, outcome)
     except TimeIsUp:
         row |= _failed(f"{doing[0]} was not done after {work.most_seconds:g} s (most_seconds=)")
     collected.close()
-    row["warnings"] = list(collected.texts)
-    row |= {"wall": time.perf_counter() - wall, "cpu": time.thread_time() - cpu, "worker": worker()}
-    return row
+    before = begun or Begun()
+    row["warnings"] = list(dict.fromkeys((*before.warnings, *collected.texts)))
+    wall, cpu = time.perf_counter() - wall + before.wall, time.thread_time() - cpu + before.cpu
+    return row | {"wall": wall, "cpu": cpu, "worker": worker()}
 
 
 def failed_row(case: Case, reason: str) -> dict[str, Any]:
@@ -188,12 +197,13 @@ def failed_row(case: Case, reason: str) -> dict[str, Any]:
     return row | _failed(reason) | {"warnings": [], "wall": 0.0, "cpu": 0.0, "worker": ""}
 
 
-def _outcome(work: Work, parameters: Mapping[str, Any], doing: list[str]) -> dict[str, Any]:
-    """Return the outcome of a case; `doing` holds the present phase."""
+def _outcome(work: Work, parameters: Mapping[str, Any], doing: list[str], begun: Begun | None) -> dict[str, Any]:
+    """Return the outcome of a case, which may have begun; `doing` holds the present phase."""
     try:
-        scene, options = work.built(parameters)
+        scene, options = work.built(parameters) if begun is None else begun.built()
         doing[0] = "simulate"
-        result = simulated(scene, options, progress=False)
+        result = begun.result if begun is not None else None
+        result = result or simulated(scene, options, progress=False)
         status = result.status
         if status.kind == "stopped" and status.reason == "by Ctrl-C":
             raise KeyboardInterrupt
