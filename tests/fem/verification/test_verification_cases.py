@@ -14,7 +14,7 @@ LONG = {
     *("SR1", "SR3", "SR4", "SR5", "SR6"),
     *("SH1", "SH2", "SH3", "SH4", "SH6", "SH7", "SH8", "SH9", "SH10", "SH11", "SH12", "SH13"),
     *("SH15", "SH16", "SH17", "SH18", "SH19", "SH20", "SH23", "SH24", "SH25", "SH26", "SH27", "SH28"),
-    *("X2", "X3"),
+    *("X2", "X3", "X4"),
 }
 """Cases of 1 to 10 s each, which `kanefe verify` runs; cases of each kind are left: of exact and segmented beams in
 motion and at rest, of rotors, of the helicopter."""
