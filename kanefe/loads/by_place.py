@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -66,6 +67,24 @@ class ByPlace:
 
     def pressure(self, function: Callable[..., Any], takes_state: bool, follows: bool) -> list[FieldLoad]:
         """Return the loads of a pressure, given the factor of the field."""
+        again = partial(self._on, "pressure", function, takes_state, follows)
+        return [replace(load, again=again) for load in self._pressure(function, takes_state, follows)]
+
+    def traction(self, function: Callable[..., Any], takes_state: bool, follows: bool) -> list[FieldLoad]:
+        """Return the loads of a traction, given the factor of the field: three numbers, or one of a field of vectors.
+
+        On lines, of a load per length.
+        """
+        again = partial(self._on, "traction", function, takes_state, follows)
+        return [replace(load, again=again) for load in self._traction(function, takes_state, follows)]
+
+    def _on(self, kind: str, function: Any, takes_state: bool, follows: bool, body: FlexibleBody) -> list[FieldLoad]:
+        """Return the loads of a pressure or traction on another body with this surface."""
+        other = replace(self, body=body, pattern=body.load_pattern(self.pattern.name))
+        made: list[FieldLoad] = getattr(other, kind)(function, takes_state, follows)
+        return made
+
+    def _pressure(self, function: Callable[..., Any], takes_state: bool, follows: bool) -> list[FieldLoad]:
         if self.values != 1:
             raise ModelError(f"over= of {self.label} gives three numbers a place. Remedy: one, or add_traction")
         if self._moves:
@@ -79,11 +98,7 @@ class ByPlace:
         self._tell_of_statics(pattern.pressure_elastic[None])
         return [FieldLoad(self.label, function, pattern, True, follows, takes_state)]
 
-    def traction(self, function: Callable[..., Any], takes_state: bool, follows: bool) -> list[FieldLoad]:
-        """Return the loads of a traction, given the factor of the field: three numbers, or one of a field of vectors.
-
-        On lines, of a load per length.
-        """
+    def _traction(self, function: Callable[..., Any], takes_state: bool, follows: bool) -> list[FieldLoad]:
         if self._moves:
             return self._moving(function, False, follows)
         if self.values == 1:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +14,7 @@ from kanefe.loads.functions import Constant, SceneView
 from kanefe.loads.valued_load import ValuedLoad
 
 if TYPE_CHECKING:
+    from kanefe.bodies.flexible import FlexibleBody
     from kanefe.fe_model.load_pattern import LoadPattern
 
 
@@ -35,6 +36,8 @@ class FieldLoad(ValuedLoad):
         deformed surface too.
     takes_state : bool
         Whether the function takes the state besides the time.
+    again : callable or None
+        ``again(body)``: all loads of one call that varies by place, on another body. None: a uniform load.
     """
 
     label: str
@@ -43,6 +46,7 @@ class FieldLoad(ValuedLoad):
     is_pressure: bool
     follows: bool
     takes_state: bool = False
+    again: Callable[[FlexibleBody], list[FieldLoad]] | None = field(default=None, compare=False)
 
     @property
     def turns(self) -> bool:

@@ -18,6 +18,7 @@ from kanefe.scene.scene import BodyEntry, Frame, Scene
 
 if TYPE_CHECKING:
     from kanefe.bodies.segmented import SegmentedBody
+    from kanefe.loads.field_load import FieldLoad
     from kanefe.loads.point_load import PointLoad
 
 NODE = "node "
@@ -145,7 +146,7 @@ class _Swap:
             return entry
         old, new = self.pairs[number]
         eta, deta = (transferred(old, new, modal, entry.name) for modal in (entry.eta, entry.deta))
-        field_loads = [replace(load, pattern=new.load_pattern(load.pattern.name)) for load in entry.field_loads]
+        field_loads = [other for load in entry.field_loads for other in _on(new, load, entry.field_loads)]
         point_loads = self._point_loads(number, entry)
         return replace(entry, flexible=new, eta=eta, deta=deta, loads=point_loads, field_loads=field_loads)
 
@@ -166,6 +167,14 @@ class _Swap:
                 part = replace(load, label=f"{label}, {NODE}{node}", function=function)
                 kept.append((part, new.node_frame(node)))
         return kept
+
+
+def _on(body: FlexibleBody, load: FieldLoad, every: Sequence[FieldLoad]) -> list[FieldLoad]:
+    """Return a distributed load on another body; those of one call that varies by place come with the first."""
+    if load.again is None:
+        return [replace(load, pattern=body.load_pattern(load.pattern.name))]
+    first = next(one for one in every if one.again is load.again)
+    return load.again(body) if first is load else []
 
 
 def _gauss_lengths(beam: FlexibleBody) -> dict[int, float]:

@@ -122,8 +122,11 @@ def test_places_hold_the_same_facets_on_a_finer_mesh():
     """A box that holds half of the side: of smaller facets more of them would lie inside."""
     half = kf.InBox((0.3, -0.01, -0.01), (0.85, 0.11, 0.001))
     interfaces = {"root": "clamped", "under": kf.Interface(kind="average", at=half)}
-    body = solid_body(box(), STEEL, interfaces, MODES, surfaces={"below": half}, cache=False)
+    surfaces = {"below": half, "heavy": kf.LoadShape(half, over=lambda x: x[:, 0]), "end": "tip"}
+    body = solid_body(box(), STEEL, interfaces, MODES, surfaces=surfaces, cache=False)
     finer = body.rebuilt(refined=1)
+    for name in surfaces:
+        assert finer.load_pattern(name).measure == pytest.approx(body.load_pattern(name).measure, rel=1e-12)
     assert np.abs(body.interface("under").position - finer.interface("under").position).max() < 1e-12
     again = solid_body(box_mesh((1.0, 0.1, 0.1), (6, 1, 1), "tetra"), STEEL, interfaces, MODES, cache=False)
     assert again.interface("under").position[0] > finer.interface("under").position[0] + 0.05

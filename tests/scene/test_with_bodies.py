@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 import kanefe as kf
-from kanefe_fem import Material, Rectangle, beam_body, exact_beam, segmented, straight_beam
+from kanefe_fem import (
+    Material,
+    Rectangle,
+    beam_body,
+    box_mesh,
+    exact_beam,
+    segmented,
+    solid_body,
+    straight_beam,
+)
 
 STEEL = Material(E=210e9, nu=0.3, rho=7850.0)
 
@@ -140,3 +149,28 @@ def test_controllers_that_read_modes_are_refused():
     )
     with pytest.raises(kf.ModelError, match="a coordinate of a mode"):
         scene.with_bodies({"rod": body.rebuilt(kf.CraigBampton(modes=5))})
+
+
+@pytest.mark.fenicsx
+def test_loads_by_place_are_made_anew():
+    """A load along x that grows with x, a pressure by a table of the nodes, and a field that moves in time."""
+    mesh = box_mesh((1.0, 0.1, 0.02), (6, 1, 1), "hexahedron")
+    modes = kf.CraigBampton(modes=6)
+    body = solid_body(mesh, STEEL, {"root": "clamped"}, modes, surfaces=["top"], stiffening="none")
+    scene = kf.System()
+    plate = scene.add_flexible_body("plate", body)
+    scene.add_pressure(plate, "top", 1e3, over=lambda x: x[:, 0] ** 2)
+    scene.add_traction(plate, "top", 1e4, over=lambda x: np.stack((x[:, 0], 0 * x[:, 0], x[:, 0]), axis=-1))
+    finer = scene.with_bodies({"plate": body.rebuilt(kf.CraigBampton(modes=12), refined=1)})
+    built = kf.System()
+    again = built.add_flexible_body("plate", finer.body("plate").body)
+    built.add_pressure(again, "top", 1e3, over=lambda x: x[:, 0] ** 2)
+    built.add_traction(again, "top", 1e4, over=lambda x: np.stack((x[:, 0], 0 * x[:, 0], x[:, 0]), axis=-1))
+    places = [kf.equilibrium(one).nodal_positions("plate") for one in (finer, built)]
+    assert np.abs(places[0] - places[1]).max() < 1e-12
+    assert len(finer._entries[0].field_loads) == len(scene._entries[0].field_loads) == 3
+    table = kf.System()
+    plate = table.add_flexible_body("plate", body)
+    table.add_pressure(plate, "top", 1e3, over=body.nodes[:, 0])
+    with pytest.raises(kf.ModelError, match="over="):
+        table.with_bodies({"plate": finer.body("plate").body})

@@ -14,6 +14,7 @@ from kanefe.bodies.flexible import FlexibleBody
 from kanefe.bodies.source import Changes, Rebuildable, Source, belongs_to_nodes, kept_places, now_of
 from kanefe.errors import AccuracyWarning, FileError
 from kanefe.fe_model.model import FiniteElementModel
+from kanefe.fe_model.place_field import LoadShape
 from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.skin import facets_at, group_at
 from kanefe.fe_model.source import Changeable, ModelSource
@@ -60,9 +61,8 @@ class MeshSource:
             return {"mesh": self.mesh, **self.options}
         mesh = self.read(self.mesh, self.order, self.options.get("cells"))
         options = {**self.options, "cells": None}
-        surfaces = options.get("surfaces", ())
-        if isinstance(surfaces, Mapping) and not is_shell:
-            mesh, options["surfaces"] = mesh.with_groups(surfaces), list(surfaces)
+        if isinstance(options.get("surfaces"), Mapping) and not is_shell:
+            mesh, options["surfaces"] = _on_groups(mesh, options["surfaces"])
         return {**options, "mesh": refined_mesh(placed(mesh, places, is_shell=is_shell), refined)}
 
     def check_file(self, sha256: str | None) -> None:
@@ -78,7 +78,10 @@ class MeshSource:
     def changeable(self) -> tuple[Changeable, Changeable]:
         """Return whether mesh and order can be changed."""
         gone = "" if isinstance(self.mesh, Mesh) or os.path.isfile(self.mesh) else f"there is no file {self.mesh} now"
-        mesh = Changeable(None, gone or self.by_number, SAME_SHAPE)
+        told = SAME_SHAPE
+        if self.fixed_order and isinstance(self.options.get("surfaces"), Mapping):
+            told = f"{SAME_SHAPE}; surfaces by place hold the smaller cells that lie in it"
+        mesh = Changeable(None, gone or self.by_number, told)
         return mesh, Changeable(self.order, self.fixed_order or gone or self.by_number)
 
 
@@ -126,6 +129,20 @@ def model_source(make: Callable[..., FiniteElementModel], source: MeshSource, sh
         return make(**given, **({} if order is None else {"order": order}))
 
     return ModelSource(again, *source.changeable())
+
+
+def _on_groups(mesh: Mesh, surfaces: Mapping[str, Any]) -> tuple[Mesh, dict[str, Any]]:
+    """Return the mesh with groups for surfaces by place, and the surfaces by these groups."""
+    kept, places = dict(surfaces), dict[str, PlaceLike]()
+    for name, what in surfaces.items():
+        of = what.of if isinstance(what, LoadShape) else what
+        if not isinstance(of, str):
+            group = f"{name} (by its place)"
+            places[group] = of
+            kept[name] = replace(what, of=group) if isinstance(what, LoadShape) else group
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", AccuracyWarning)  # facets that a border cuts were told of the body before
+        return mesh.with_groups(places), kept
 
 
 def placed(mesh: Mesh, places: Mapping[str, PlaceLike], *, is_shell: bool) -> Mesh:

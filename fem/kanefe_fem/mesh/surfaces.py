@@ -20,7 +20,7 @@ from kanefe.fe_model.places import PlaceLike
 from kanefe.fe_model.shapes import FACES, corner_kind, row_numbers, shape
 from kanefe_fem.mesh.mesh import Mesh
 
-Surfaces = Sequence[str] | Mapping[str, PlaceLike | LoadShape]
+Surfaces = Sequence[str] | Mapping[str, str | PlaceLike | LoadShape]
 """Surfaces, as `surfaces=` of a solid takes them."""
 
 
@@ -40,7 +40,7 @@ def loaded_groups(mesh: Mesh, surfaces: Surfaces) -> tuple[Mesh, dict[str, tuple
     for name, what in surfaces.items():
         of: Any = what.of if isinstance(what, LoadShape) else what
         over = field_of(what, name) if isinstance(what, LoadShape) else None
-        if over is None or not isinstance(of, str):
+        if not isinstance(of, str):
             places[name] = of
         loaded[name] = (name if name in places else of, over)
     mesh = mesh.with_groups(places)

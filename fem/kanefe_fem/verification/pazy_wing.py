@@ -30,7 +30,7 @@ RIGID = 1e7
 """Stiffness against shear, which the data do not have and the beam does not use, N."""
 
 DATA_TO_BODY = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
-"""From the axes of the data to those of the body."""
+"""Rotation matrix from the axes of the data to those of the body."""
 
 
 def wing_beam(values: Mapping[str, Any]) -> ExactBeam:
