@@ -8,6 +8,7 @@ import os
 import shutil
 import time
 import weakref
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -42,6 +43,14 @@ PIVOTING_ROOM = 50
 """Memory for the pivots of an indefinite matrix that MUMPS may take beyond its estimate, in per cent."""
 
 
+Accepts = Callable[[Analysis, float], bool]
+"""Function of the analysis of a factorisation and of its time in s: whether it is worth it."""
+
+
+class TooCostly(Exception):
+    """A factorisation is not accepted before it begins; the message is for no user."""
+
+
 class Factor(Protocol):
     """A factorised matrix."""
 
@@ -62,7 +71,7 @@ def start_mpi() -> None:
         importlib.import_module("dolfinx_solver")
 
 
-def factorise(matrix: sp.spmatrix, /, *, definite: bool = True) -> Factor:
+def factorise(matrix: sp.spmatrix, /, *, definite: bool = True, accepts: Accepts | None = None) -> Factor:
     """Factorise a symmetric matrix by the fastest solver for its size.
 
     Parameters
@@ -70,6 +79,8 @@ def factorise(matrix: sp.spmatrix, /, *, definite: bool = True) -> Factor:
     matrix : sparse matrix, shape (n, n)
     definite : bool
         Whether it has to be positive definite.
+    accepts : callable, optional
+        Is asked before a factorisation that takes long or much memory: see `MumpsFactor`.
 
     Returns
     -------
@@ -91,7 +102,7 @@ def factorise(matrix: sp.spmatrix, /, *, definite: bool = True) -> Factor:
     array([0.5 , 0.25])
     """
     if matrix.shape[0] > SMALL and importlib.util.find_spec("petsc4py") is not None:
-        return MumpsFactor(matrix, definite)
+        return MumpsFactor(matrix, definite, accepts)
     from kanefe.fe_model.factorise import splu_factorise
 
     factor: Factor = splu_factorise(matrix, definite=definite)
@@ -111,11 +122,15 @@ class MumpsFactor:
         Symmetric.
     definite : bool
         Whether it has to be positive definite.
+    accepts : callable, optional
+        Is asked, once time and memory of a large factorisation are known, whether to begin.
 
     Raises
     ------
     ModelError
         If a matrix that has to be positive definite is not.
+    TooCostly
+        If it is not accepted.
     RuntimeError
         If an indefinite matrix is exactly singular. An almost singular one gives no error: check the solution.
 
@@ -125,7 +140,7 @@ class MumpsFactor:
         If the factorisation needs more memory than is free: see `kanefe_fem.machine.factor_plan`.
     """
 
-    def __init__(self, matrix: sp.spmatrix, definite: bool = True) -> None:
+    def __init__(self, matrix: sp.spmatrix, definite: bool = True, accepts: Accepts | None = None) -> None:
         start_mpi()
         from petsc4py import PETSc
 
@@ -136,7 +151,7 @@ class MumpsFactor:
         if definite and not np.all(csr.diagonal() > 0.0):
             raise insufficient_support("a degree of freedom has no stiffness at all")
         self._matrix = self._upper_half(csr)
-        folder = self._planned(csr)
+        folder = self._planned(csr, accepts)
         try:
             self._pc, self._factor = self._set_up(folder=folder)
         except PETSc.Error as problem:
@@ -158,7 +173,7 @@ class MumpsFactor:
         matrix.setOption(petsc.Mat.Option.SPD, self.definite)
         return matrix
 
-    def _planned(self, csr: sp.csr_matrix) -> Path | None:
+    def _planned(self, csr: sp.csr_matrix, accepts: Accepts | None) -> Path | None:
         """Return the folder of the factors, None if they stay in memory; of large ones time and memory are told."""
         free = free_memory()
         if self.size <= TOLD and (free is None or rough_size(self.size) <= ROUGHLY * free):
@@ -172,7 +187,11 @@ class MumpsFactor:
             factors=8.0 * _large(factor.getMumpsInfog(20)),
         )
         pc.destroy()
-        return planned(analysis, free, self._rate(csr)).folder
+        rate = self._rate(csr)
+        if accepts is not None and not accepts(analysis, analysis.operations / rate):
+            self._matrix.destroy()
+            raise TooCostly
+        return planned(analysis, free, rate).folder
 
     def _analysed(self) -> tuple[Any, Any]:
         """Return a factor that MUMPS has only analysed, by the ordering that needs fewer operations."""
@@ -212,6 +231,11 @@ class MumpsFactor:
             weakref.finalize(self, _drop, factor, pc, folder)
         pc.setUp()
         return pc, factor
+
+    @property
+    def preconditioner(self) -> Any:
+        """PETSc's preconditioner that solves with the factors."""
+        return self._pc
 
     def _singular(self, reason: str) -> Exception:
         """Return the error of a matrix that cannot be factored."""

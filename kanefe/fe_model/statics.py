@@ -34,7 +34,8 @@ class StaticProblem:
     rigid_count : int
         Number of rigid motions that the fixed interfaces leave: all (6, or 3 in a plane) of a floating body, else none.
     factorise : Factorise
-        Also used for the other matrices of a reduction.
+        Also used for the other matrices of a reduction. If it has a function `by_motion` of the motion of the nodes
+        from the coordinates of K, (N, n), that one returns the `Factorise` of this K.
 
     Attributes
     ----------
@@ -114,10 +115,15 @@ class StaticProblem:
         K = K if len(moving) == K.shape[0] else K[moving][:, moving].tocsc()
         with stage("factor the stiffness"):
             try:
-                return factor_interior(K, self.factorise)
+                return factor_interior(K, self._factorise_of(moving))
             except SingularStiffness as error:
                 motion = self.ties.transformation[:, moving]
                 raise SingularStiffness(f"{error}{moving_nodes(self.model, motion, K, self.factorise)}") from error
+
+    def _factorise_of(self, moving: np.ndarray) -> Factorise:
+        """Return the function that factors K of some coordinates, which may use how these move the nodes."""
+        by_motion = getattr(self.factorise, "by_motion", None)
+        return self.factorise if by_motion is None else by_motion(self.ties.transformation[:, moving])
 
     @cached_property
     def constraint_modes(self) -> np.ndarray:
@@ -139,10 +145,23 @@ class StaticProblem:
             modes[:inner] = factors.solve(loads) if found is None else found["modes"]
             keep(name, modes=modes[:inner])
             modes[self.boundary] = np.eye(len(self.boundary))
+            modes[:inner] += self._left_of_rigid(modes)
             forces = self.stiffness @ modes
             reached = forces[:inner] + loads
             self.note_residual("constraint modes", largest_residual("constraint mode", reached, loads))
         return modes, forces
+
+    def _left_of_rigid(self, modes: np.ndarray) -> np.ndarray:
+        """Return what the interior of constraint modes lacks so that a floating body moves rigidly with its frames.
+
+        This is known exactly; otherwise the errors of a solver remain where rigid motions are taken out.
+        """
+        if not self.rigid_count:
+            return np.zeros((1, 1))
+        inner = self.ties.interior_count
+        rigid = self.ties.coordinates(self.model.unit_rigid_modes()[0])
+        rigid /= np.linalg.norm(rigid[inner:], axis=0)
+        return np.asarray((rigid[:inner] - modes[:inner] @ rigid[inner:]) @ np.linalg.pinv(rigid[inner:]))
 
     @property
     def rigid_modes(self) -> np.ndarray:

@@ -136,7 +136,7 @@ class TestIndefinite:
         monkeypatch.setattr(
             MumpsFactor,
             "__init__",
-            lambda self, matrix, definite=True: made.append(definite) or original(self, matrix, definite),
+            lambda self, matrix, definite=True, accepts=None: made.append(definite) or original(self, matrix, definite),
         )
         by_superlu = body()
         assert made == []

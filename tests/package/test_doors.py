@@ -21,6 +21,7 @@ DOORS = {
     "petsc4py": {
         "fem/kanefe_fem/_fenicsx.py",
         "fem/kanefe_fem/_petsc.py",
+        "fem/kanefe_fem/multigrid/_petsc.py",
         "fem/kanefe_fem/processes/_petsc.py",
     },
     "slepc4py": {"fem/kanefe_fem/processes/_petsc.py"},

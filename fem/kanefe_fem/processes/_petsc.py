@@ -7,13 +7,19 @@ arrays have the rows of each process. The only file that uses slepc4py.
 from __future__ import annotations
 
 import importlib.util
+import socket
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 
 from kanefe.errors import MissingDependency, ModelError
 from kanefe_fem._petsc import factor_by_mumps, insufficient_support, refuse_failure
+from kanefe_fem.machine.memory import free_memory
+from kanefe_fem.multigrid import lobpcg
+from kanefe_fem.multigrid._petsc import Hierarchy, by_columns, in_blocks
+from kanefe_fem.multigrid.factor import tell_of_step
 from kanefe_fem.processes.team import Team
 
 TOLERANCE = 1e-12
@@ -37,6 +43,14 @@ class _Factor(NamedTuple):
         """Free the memory."""
         self.ksp.destroy()
         self.matrix.destroy()
+
+
+class ProcessMemory(NamedTuple):
+    """What a factorisation takes on a process, and the free memory of its machine, bytes; None if unknown."""
+
+    host: str
+    needed: float
+    free: float | None
 
 
 def is_there() -> bool:
@@ -64,9 +78,9 @@ def put(team: Team, own: Sequence[Rows] | None, columns: Sequence[int], like: in
 
 def projected(team: Team, own: None, matrix: int, motion: int) -> int:
     """Keep ``P^T A P`` of a symmetric A; P is not needed any more."""
-    found = team.kept[matrix].PtAP(team.kept[motion])
+    found = coarse(team, own, matrix, motion)
     team.kept.pop(motion).destroy()
-    return team.keep(found)
+    return found
 
 
 def times(team: Team, own: Rows | None, matrix: int) -> list[np.ndarray]:
@@ -102,6 +116,27 @@ def drop(team: Team, own: None, number: int) -> None:
     team.kept.pop(number).destroy()
 
 
+def forecast(team: Team, own: None, matrix: int, definite: bool) -> list[ProcessMemory]:
+    """Return what a factorisation will take on each process, by MUMPS's analysis."""
+    ksp, made = _ksp_by_mumps(team.kept[matrix], definite)
+    made.setMumpsIcntl(23, 1)  # with one megabyte of memory it stops after its analysis
+    ksp.setUp()
+    needed = 1e6 * made.getMumpsInfo(15)
+    ksp.destroy()
+    return list(team.comm.allgather(ProcessMemory(socket.gethostname(), needed, free_memory())))
+
+
+def _ksp_by_mumps(A: Any, definite: bool) -> tuple[Any, Any]:
+    """Return PETSc's solver of a symmetric matrix by its factors, and these, still empty."""
+    petsc = _petsc()
+    A.setOption(petsc.Mat.Option.SYMMETRIC, True)
+    A.setOption(petsc.Mat.Option.SPD, definite)
+    ksp = petsc.KSP().create(A.comm)
+    ksp.setOperators(A)
+    ksp.setType(petsc.KSP.Type.PREONLY)
+    return ksp, factor_by_mumps(ksp.getPC(), definite)
+
+
 def factor(team: Team, own: None, matrix: int, definite: bool) -> tuple[int, list[int]]:
     """Factor a symmetric matrix, and keep it with the factor; return the memory of each process in MB.
 
@@ -112,19 +147,13 @@ def factor(team: Team, own: None, matrix: int, definite: bool) -> tuple[int, lis
     """
     petsc = _petsc()
     A = team.kept[matrix]
-    A.setOption(petsc.Mat.Option.SYMMETRIC, True)
-    A.setOption(petsc.Mat.Option.SPD, definite)
-    ksp = petsc.KSP().create(team.comm)
-    ksp.setOperators(A)
-    ksp.setType(petsc.KSP.Type.PREONLY)
-    pc = ksp.getPC()
-    made = factor_by_mumps(pc, definite)
+    ksp, made = _ksp_by_mumps(A, definite)
     try:
         ksp.setUp()
     except petsc.Error as problem:
         raise insufficient_support(f"MUMPS cannot factorise it ({problem})") from problem
     refuse_failure(made, A.getSize()[0], definite)
-    pc.setReusePreconditioner(True)  # SLEPc's shift is zero: it takes this factor
+    ksp.getPC().setReusePreconditioner(True)  # SLEPc's shift is zero: it takes this factor
     megabytes = team.comm.allgather(int(made.getMumpsInfo(16)))
     return team.keep(_Factor(A, ksp, made)), megabytes
 
@@ -141,6 +170,86 @@ def solved(team: Team, own: Rows | None, number: int) -> tuple[list[np.ndarray],
     for one in (b, x):
         one.destroy()
     return team.collect(found), float(np.sqrt(squares[0] / np.maximum(squares[1], 1e-300)).max(initial=0.0))
+
+
+def coarse(team: Team, own: None, matrix: int, motion: int) -> int:
+    """Keep ``P^T A P`` of a symmetric A, beside P."""
+    product = team.kept[matrix].PtAP(team.kept[motion])
+    found = product.copy()  # without what the product keeps to be made again, which is as large
+    product.destroy()
+    return team.keep(found)
+
+
+def store_in_blocks(team: Team, own: None, matrix: int, block: int) -> None:
+    """Store a matrix in dense blocks from now on, where its rows beside each other are those of a node."""
+    A = team.kept[matrix]
+    starts, places, values = A.getValuesCSR()
+    csr = sp.csr_matrix((values, places, starts), (len(starts) - 1, A.getSize()[1]))
+    if all(team.comm.allgather(csr.shape[0] % block == 0)):
+        A.destroy()  # before another copy is made
+        team.kept[matrix] = in_blocks(csr, block, team.comm)
+
+
+def multigrid(team: Team, own: None, matrix: int, motion: int, coarse_factor: int) -> int:
+    """Keep the multigrid of a matrix with a factored coarse level."""
+    held: _Factor = team.kept[coarse_factor]
+    hierarchy = Hierarchy(team.kept[matrix])
+    hierarchy.on_coarse_level(team.kept[motion], held.ksp.getPC())
+    return team.keep(hierarchy)
+
+
+def aggregated(team: Team, own: Rows | None, matrix: int, block: int) -> int:
+    """Keep the multigrid by aggregation of a matrix, with the rows of its rigid motions."""
+    A = team.kept[matrix]
+    if all(team.comm.allgather(A.getLocalSize()[0] % block == 0)):
+        A.setBlockSize(block)
+    A.setOption(_petsc().Mat.Option.SYMMETRIC, True)
+    hierarchy = Hierarchy(A)
+    hierarchy.by_aggregation(team.deal(own))
+    return team.keep(hierarchy)
+
+
+def solved_by_multigrid(team: Team, own: Rows | None, number: int) -> tuple[list[np.ndarray], float]:
+    """Return what `solved` returns."""
+    hierarchy: Hierarchy = team.kept[number]
+    loads = team.deal(own)
+    found = hierarchy.solve(loads)
+    left = hierarchy.times(found) - loads
+    squares = team.comm.allreduce(np.stack([(part**2).sum(axis=0) for part in (left, loads)]))
+    return team.collect(found), float(np.sqrt(squares[0] / np.maximum(squares[1], 1e-300)).max(initial=0.0))
+
+
+def modes_by_multigrid(
+    team: Team, own: Rows | None, number: int, motion: int | None, mass: int, count: int
+) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
+    """Return what `modes` returns, from shapes to start with, `own`: of the coarse level, if there is a motion."""
+    hierarchy: Hierarchy = team.kept[number]
+    start, M = team.deal(own), team.kept[mass]
+    if motion is not None:
+        start = _products(team.kept[motion], start)
+    progress: list[tuple[float, float]] = []
+
+    def step_done(shapes: np.ndarray, residuals: np.ndarray, seconds: float) -> None:
+        tell_of_step(progress, residuals, seconds)
+
+    squares, shapes = lobpcg.lowest_modes(
+        hierarchy.times,
+        lambda columns: _products(M, columns),
+        hierarchy.precondition,
+        start,
+        count,
+        together=team.comm.allreduce,
+        step_done=step_done,
+    )
+    pulled = hierarchy.times(shapes)
+    left = pulled - squares * _products(M, shapes)
+    sums = team.comm.allreduce(np.stack([np.einsum("ij,ij->j", part, part) for part in (left, pulled)]))
+    return squares, team.collect(shapes), np.sqrt(sums[0] / sums[1])
+
+
+def _products(matrix: Any, columns: np.ndarray) -> np.ndarray:
+    """Return the products of a matrix with columns, one after the other."""
+    return by_columns(_petsc(), matrix.comm, matrix.mult, columns, matrix.getLocalSize()[0])
 
 
 def modes(team: Team, own: None, number: int, mass: int, count: int) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:

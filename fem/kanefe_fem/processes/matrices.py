@@ -14,9 +14,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from kanefe.errors import ModelError
-from kanefe.fe_model.factorise import Factorisation
-from kanefe.fe_model.residuals import LARGEST
-from kanefe_fem._petsc import factorise as factorise_alone
 from kanefe_fem._petsc import insufficient_support
 from kanefe_fem.processes import _petsc as tasks
 from kanefe_fem.processes.team import Team
@@ -62,6 +59,14 @@ class SharedRows:
         """Number of rows."""
         return sum(map(len, self.rows))
 
+    @property
+    def owner(self) -> np.ndarray:
+        """The process of each row, shape (n,)."""
+        found = np.empty(self.size, dtype=int)
+        for rank, rows in enumerate(self.rows):
+            found[rows] = rank
+        return found
+
     def dealt(self, columns: np.ndarray) -> list[np.ndarray]:
         """Return the rows of each process, of an array with all rows."""
         return [columns[rows] for rows in self.rows]
@@ -95,9 +100,9 @@ class SharedRows:
 
     def some_rows(self, wanted: np.ndarray) -> sp.csr_matrix:
         """Return some rows, shape (wanted, n)."""
-        owner, place = np.empty(self.size, dtype=int), np.empty(self.size, dtype=int)
-        for rank, rows in enumerate(self.rows):
-            owner[rows], place[rows] = rank, np.arange(len(rows))
+        owner, place = self.owner, np.empty(self.size, dtype=int)
+        for rows in self.rows:
+            place[rows] = np.arange(len(rows))
         order = np.argsort(owner[wanted], kind="stable")
         asked = [place[wanted[owner[wanted] == rank]] for rank in range(len(self.rows))]
         found = self.team.run(tasks.some_rows, self.number, own=asked)
@@ -225,66 +230,7 @@ class TeamMatrix:
         A = self.shared
         if np.any(np.diff(self.right.indptr) == 0):
             raise insufficient_support("a coordinate moves no node")
-        owner = np.empty(A.size, dtype=int)
-        for rank, rows in enumerate(A.rows):
-            owner[rows] = rank
-        of_column = owner[self.right.sorted_indices().indices[self.right.indptr[:-1]]]
+        of_column = A.owner[self.right.sorted_indices().indices[self.right.indptr[:-1]]]
         columns = tuple(np.flatnonzero(of_column == rank) for rank in range(len(A.rows)))
         motion = A.put(self.right.tocsr(), columns)
         return SharedRows(A.team, A.team.run(tasks.projected, A.number, motion), columns)
-
-
-class TeamFactor:
-    """The factors of a symmetric matrix on a team, by MUMPS.
-
-    Parameters
-    ----------
-    matrix : TeamMatrix
-    definite : bool
-        Whether it has to be positive definite.
-
-    Raises
-    ------
-    SingularStiffness
-        If a matrix that has to be positive definite is not.
-    """
-
-    def __init__(self, matrix: TeamMatrix, definite: bool) -> None:
-        self.told = matrix.told
-        self.shared = matrix.gathered()
-        if definite and not np.all(self.shared.diagonal() > 0.0):
-            raise insufficient_support("a degree of freedom has no stiffness at all")
-        self.number, self.told.megabytes = self.shared.team.run(tasks.factor, self.shared.number, definite)
-
-    def solve(self, loads: np.ndarray) -> np.ndarray:
-        """Return A^-1 b for b of shape (n,) or (n, m)."""
-        columns = loads.reshape(len(loads), -1)
-        parts, residual = self.shared.team.run(tasks.solved, self.number, own=self.shared.dealt(columns))
-        self.told.statics = max(self.told.statics, checked_residual("static shape", residual))
-        return self.shared.joined(parts).reshape(loads.shape)
-
-    def lowest_modes(self, mass: TeamMatrix, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return w^2 and M-orthonormal shapes of the lowest modes by SLEPc, ascending; (count,) and (n, count)."""
-        heavy = mass.gathered()
-        squares, parts, residuals = self.shared.team.run(tasks.modes, self.number, heavy.number, count)
-        self.shared.team.run(tasks.drop, heavy.number)
-        self.told.modes = max(self.told.modes, checked_residual("normal mode", float(residuals.max(initial=0.0))))
-        return squares, self.shared.joined(parts)
-
-
-def checked_residual(what: str, residual: float) -> float:
-    """Return a residual; raise a ModelError if it is too large."""
-    if not residual <= LARGEST:
-        raise ModelError(
-            f"the residual of a {what} is {residual:.1e} of its load, above {LARGEST:.0e}: the stiffness is "
-            "nearly singular. Remedy: check the mesh for parts that hang by an edge or a point, and for cells that are "
-            "much stiffer than others"
-        )
-    return residual
-
-
-def factorise(matrix: Any, /, *, definite: bool = True) -> Factorisation:
-    """Factor a matrix where it is: on the team, or on the leader alone."""
-    if isinstance(matrix, TeamMatrix):
-        return TeamFactor(matrix, definite)
-    return factorise_alone(matrix, definite=definite)

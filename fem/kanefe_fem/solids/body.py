@@ -17,6 +17,7 @@ from kanefe_fem.materials.of_groups import Materials
 from kanefe_fem.mesh.body_source import MeshSource, body_source
 from kanefe_fem.mesh.groups import check_interfaces, has_groups
 from kanefe_fem.mesh.mesh import Mesh
+from kanefe_fem.multigrid.choice import BodySolver, Solver, check_solver
 from kanefe_fem.processes.team import Communicator, Team, checked_communicator, led
 from kanefe_fem.solids.model import SolidKeywords, assembled_model, checked_mesh, solid_model
 from kanefe_fem.solids.on_processes import refuse_one_process
@@ -38,6 +39,7 @@ def solid_body(
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
+    solver: Solver = "auto",
     cache: bool = True,
     progress: bool | None = None,
     comm: None = None,
@@ -54,6 +56,7 @@ def solid_body(
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
+    solver: Solver = "auto",
     cache: bool = True,
     progress: bool | None = None,
     comm: Communicator,
@@ -70,6 +73,7 @@ def solid_body(
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
+    solver: Solver = "auto",
     cache: bool = True,
     progress: bool | None = None,
     comm: Communicator | None = None,
@@ -91,6 +95,10 @@ def solid_body(
         RayleighDamping, ModalDamping or a matrix in the place of the damping that materials bring. None: that alone.
     stiffening : "none", "inertial" or "full"
         Motion-induced stiffening, as in `kanefe.reduction.flexible_body`.
+    solver : "auto", "direct" or "multigrid"
+        How static shapes and modes are found: by the factors of the stiffness (MUMPS), or without them, for meshes
+        whose factors do not fit into memory. "auto" compares memory and time before, and tells its choice; see "Large
+        meshes".
     cache : bool
         Whether to take the body, or else its assembled model, from the cache, and to store both there (see
         `kanefe.bodies.cache`). A preload or stiffening needs more than the matrices: then the model is assembled again.
@@ -119,19 +127,20 @@ def solid_body(
     }
     of_model: dict[str, Any] = {**defaults, "lumped": (), "preload": None, "forms": None, **model}
     of_model["materials"] = materials
+    check_solver(solver, reduction)
     of_body = {"reduction": reduction, "damping": damping, "stiffening": stiffening}
     of_both = {**of_body, "interfaces": interfaces}
 
     def whole(team: Team | None = None) -> FlexibleBody:
         def make(mesh: Mesh | str | Path) -> FlexibleBody:
             with stages(STAGES, progress) as done:
-                body = _made_body(mesh, of_model, of_both, cache, team)
+                body = _made_body(mesh, of_model, of_both, cache, team, solver)
             return replace(body, provenance={**body.provenance, "stages": done.seconds, "solver": done.told})
 
-        return cached_body(mesh, {**of_model, **of_both}, make) if cache else make(mesh)
+        return cached_body(mesh, {**of_model, **of_both, "solver": solver}, make) if cache else make(mesh)
 
     if comm is None or checked_communicator(comm).size == 1:
-        options = {**of_model, "cache": cache, "progress": progress}
+        options = {**of_model, "solver": solver, "cache": cache, "progress": progress}
         source = MeshSource(
             checked_mesh, mesh, options, of_model["order"], by_number=held_by_number(of_model["lumped"])
         )
@@ -141,12 +150,17 @@ def solid_body(
 
 
 def _made_body(
-    mesh: Mesh | str | Path, of_model: Mapping[str, Any], of_body: Mapping[str, Any], cache: bool, team: Team | None
+    mesh: Mesh | str | Path,
+    of_model: Mapping[str, Any],
+    of_body: Mapping[str, Any],
+    cache: bool,
+    team: Team | None,
+    solver: Solver,
 ) -> FlexibleBody:
     """Return the body with the options of `flexible_body`, from a new model or one in the cache, alone or on a team."""
     from kanefe.reduction import flexible_body
-    from kanefe_fem._petsc import factorise
     from kanefe_fem.body_cache import cached_model
+    from kanefe_fem.multigrid.factor import Discretisation
 
     def read_and_checked() -> Mesh:
         with stage("read the mesh"):
@@ -159,7 +173,7 @@ def _made_body(
 
     if team is not None:
         refuse_one_process(of_model, of_body)
-        return _on_team(assembled_model(read_and_checked(), **of_model, team=team), of_body)
+        return _on_team(assembled_model(read_and_checked(), **of_model, team=team), of_body, solver)
     if cache and of_body["stiffening"] == "none" and of_model["preload"] is None:
         model = cached_model(mesh, of_model, assembled)
         is_found = model.stress_stiffness is None
@@ -167,14 +181,18 @@ def _made_body(
             read_and_checked()
     else:
         model = assembled()
-    return flexible_body(model, **of_body, factorise=factorise)
+    mesh_of_model = Discretisation(model.nodes, model.components, model.cells)
+    return flexible_body(model, **of_body, factorise=BodySolver(mesh_of_model, solver))
 
 
-def _on_team(model: FiniteElementModel, of_body: Mapping[str, Any]) -> FlexibleBody:
+def _on_team(model: FiniteElementModel, of_body: Mapping[str, Any], solver: Solver) -> FlexibleBody:
     """Return the body of a model with matrices on a team, and what its solvers tell of themselves."""
     from kanefe.reduction import flexible_body
-    from kanefe_fem.processes.matrices import TeamMatrix, factorise
+    from kanefe_fem.multigrid.factor import Discretisation
+    from kanefe_fem.processes.matrices import TeamMatrix
+    from kanefe_fem.processes.solvers import TeamSolver
 
-    body = flexible_body(model, **of_body, factorise=factorise)
+    mesh = Discretisation(model.nodes, model.components, model.cells)
+    body = flexible_body(model, **of_body, factorise=TeamSolver(mesh, solver))
     matrix: TeamMatrix = model.stiffness
     return replace(body, provenance={**body.provenance, "processes": matrix.about()})

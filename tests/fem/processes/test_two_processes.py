@@ -28,6 +28,7 @@ KINDS = {
     "free": ({}, kf.FreeInterface(modes=6), "none"),
     "krylov": (ENDS, kf.Krylov(loads=("tip",), order=2), "none"),
 }
+BY_MULTIGRID = ("craig-bampton", "floating")
 
 SCRIPT = """
 import sys
@@ -38,8 +39,9 @@ assert comm.size == 2, comm.size
 from test_two_processes import ALUMINIUM, ARM, KINDS
 from kanefe_fem.solids.body import solid_body
 ends, reduction, stiffening = KINDS[{kind!r}]
+options = dict(order=1)
 {change}
-body = solid_body(ARM, ALUMINIUM, ends, reduction, stiffening=stiffening, order=1, cache=False, comm=comm)
+body = solid_body(ARM, ALUMINIUM, ends, reduction, stiffening=stiffening, cache=False, comm=comm, **options)
 assert (body is None) == (comm.rank > 0)
 if body is not None:
     body.save({out!r})
@@ -88,6 +90,21 @@ def test_the_body_is_that_of_one_process(kind: str, tmp_path: Path) -> None:
         pairs["quadratic"] = two.moments.quadratic_first, one.moments.quadratic_first
     for name, (ours, theirs) in pairs.items():
         np.testing.assert_allclose(ours, theirs, rtol=0.0, atol=1e-9 * np.abs(theirs).max(), err_msg=name)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("kind", BY_MULTIGRID)
+def test_the_body_by_multigrid_is_that_by_factors(kind: str, order: int, tmp_path: Path) -> None:
+    change = f"options = dict(order={order}, solver='multigrid')"
+    done = started(script(kind, tmp_path / "body.npz", change))
+    assert done.returncode == 0, done.stderr
+    two = kf.FlexibleBody.load(tmp_path / "body.npz")
+    ends, reduction, _ = KINDS[kind]
+    one = solid_body(ARM, ALUMINIUM, ends, reduction, order=order, solver="direct", cache=False)
+    modes = [[mode["frequency"] for mode in body.provenance["reduction"]["modes"]] for body in (two, one)]
+    np.testing.assert_allclose(*modes, rtol=1e-10)  # residuals of 5e-7, whose square is the error of frequencies
+    np.testing.assert_allclose(two.frequencies, one.frequencies, rtol=1e-6)
+    assert 0.0 < two.provenance["processes"]["residuals"]["modes"] <= 1e-6
 
 
 FAILURES = {
