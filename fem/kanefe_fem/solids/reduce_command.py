@@ -22,7 +22,7 @@ from kanefe_fem.solids.body import solid_body
 CLASSES = {"Material": Material, "Orthotropic": Orthotropic, "Anisotropic": Anisotropic}
 """Materials by the word under "class" in a table, by default the first."""
 
-WITH = ("order", "plane", "thickness", "surfaces", "cells", "densities", "stiffening", "cache", "progress")
+WITH = ("order", "plane", "thickness", "surfaces", "cells", "densities", "stiffening", "solver", "cache", "progress")
 """Keywords of `solid_body` that --with takes."""
 
 WITH_HELP = f"Keywords of solid_body, such as \"order=1, cells='arm'\": {', '.join(WITH)}."
