@@ -162,6 +162,6 @@ def tell_of_step(progress: list[tuple[float, float]], residuals: np.ndarray, sec
 def time_left(progress: list[tuple[float, float]]) -> str:
     """Return the time left as text, as far as residuals fall as they fell, from times and logarithms of residuals."""
     (first, high), (last, low) = progress[max(0, len(progress) - 4)], progress[-1]
-    if low >= high:
+    if low >= high or low <= 0.0:
         return ""
     return f", about {low * (last - first) / (high - low):.2g} s left"

@@ -30,7 +30,7 @@ _DEPENDENT = 1e-14
 """Squared norm of a direction of a block relative to its largest, below which it is round-off."""
 
 _NEAR = 1e-8
-"""The same, below which a block is made orthonormal twice."""
+"""Squared norm of a direction of a block relative to its largest, below which it is made orthonormal twice."""
 
 Product = Callable[[np.ndarray], np.ndarray]
 """Function of columns (n, m)."""

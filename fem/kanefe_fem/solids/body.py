@@ -30,6 +30,12 @@ STAGES = 8
 """Number of stages in making a body."""
 
 
+class BodyKeywords(SolidKeywords, total=False):
+    """More keywords of `solid_body`."""
+
+    solver: Solver
+
+
 @overload
 def solid_body(
     mesh: Mesh | str | Path,
@@ -39,11 +45,10 @@ def solid_body(
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
-    solver: Solver = "auto",
     cache: bool = True,
     progress: bool | None = None,
     comm: None = None,
-    **model: Unpack[SolidKeywords],
+    **model: Unpack[BodyKeywords],
 ) -> FlexibleBody: ...
 
 
@@ -56,11 +61,10 @@ def solid_body(
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
-    solver: Solver = "auto",
     cache: bool = True,
     progress: bool | None = None,
     comm: Communicator,
-    **model: Unpack[SolidKeywords],
+    **model: Unpack[BodyKeywords],
 ) -> FlexibleBody | None: ...
 
 
@@ -73,11 +77,10 @@ def solid_body(
     damping: Any = None,
     *,
     stiffening: StiffeningLevel = "none",
-    solver: Solver = "auto",
     cache: bool = True,
     progress: bool | None = None,
     comm: Communicator | None = None,
-    **model: Unpack[SolidKeywords],
+    **model: Unpack[BodyKeywords],
 ) -> FlexibleBody | None:
     """Return a flexible body made from a mesh: `solid_model`, then `kanefe.reduction.flexible_body`.
 
@@ -95,10 +98,6 @@ def solid_body(
         RayleighDamping, ModalDamping or a matrix in the place of the damping that materials bring. None: that alone.
     stiffening : "none", "inertial" or "full"
         Motion-induced stiffening, as in `kanefe.reduction.flexible_body`.
-    solver : "auto", "direct" or "multigrid"
-        How static shapes and modes are found: by the factors of the stiffness (MUMPS), or without them, for meshes
-        whose factors do not fit into memory. "auto" compares memory and time before, and tells its choice; see "Large
-        meshes".
     cache : bool
         Whether to take the body, or else its assembled model, from the cache, and to store both there (see
         `kanefe.bodies.cache`). A preload or stiffening needs more than the matrices: then the model is assembled again.
@@ -110,7 +109,15 @@ def solid_body(
         the same for any number of processes; the others get None, or end quietly if there is an error. See "Large
         meshes".
     **model
-        order, plane, thickness, surfaces, cells, densities, lumped, preload and forms, as for `solid_model`.
+        order, plane, thickness, surfaces, cells, densities, lumped, preload and forms, as for `solid_model`; and the
+        other parameter below.
+
+    Other Parameters
+    ----------------
+    solver : "auto", "direct" or "multigrid"
+        How static shapes and modes are found: by the factors of the stiffness (MUMPS), or without them, for meshes
+        whose factors do not fit into memory. "auto" compares memory and time before, and tells its choice; see "Large
+        meshes".
 
     Examples
     --------
@@ -127,6 +134,7 @@ def solid_body(
     }
     of_model: dict[str, Any] = {**defaults, "lumped": (), "preload": None, "forms": None, **model}
     of_model["materials"] = materials
+    solver: Solver = of_model.pop("solver", "auto")
     check_solver(solver, reduction)
     of_body = {"reduction": reduction, "damping": damping, "stiffening": stiffening}
     of_both = {**of_body, "interfaces": interfaces}

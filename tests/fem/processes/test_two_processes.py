@@ -27,6 +27,7 @@ KINDS = {
     "floating": ({"root": "rigid", "tip": "average"}, kf.CraigBampton(modes=6), "none"),
     "free": ({}, kf.FreeInterface(modes=6), "none"),
     "krylov": (ENDS, kf.Krylov(loads=("tip",), order=2), "none"),
+    "automatic": (ENDS, kf.CraigBampton(modes="auto", up_to_frequency=500.0), "none"),
 }
 BY_MULTIGRID = ("craig-bampton", "floating")
 
