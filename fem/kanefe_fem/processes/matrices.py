@@ -167,7 +167,7 @@ class TeamMatrix:
         """Return the product with a vector (m,) or columns (m, k)."""
         given = np.asarray(columns, dtype=float)
         product = self.shared.times(self.right @ given.reshape(len(given), -1))
-        return np.asarray(self.left.T @ product).reshape(-1, *given.shape[1:])
+        return np.asarray(self.left.T @ product).reshape(self.shape[0], *given.shape[1:])
 
     def __getitem__(self, chosen: Any) -> TeamMatrix:
         """Return some rows, or rows and columns."""

@@ -56,6 +56,7 @@ def test_products(both: tuple[TeamMatrix, sp.csr_matrix]) -> None:
     x = np.random.default_rng(0).standard_normal((12, 3))
     same(ours @ x, theirs @ x)
     same(ours @ x[:, 0], theirs @ x[:, 0])
+    assert (ours @ x[:, :0]).shape == (12, 0)
     assert ours.shape == theirs.shape
     same(ours.T[2:5] @ x, theirs[2:5] @ x)
 
