@@ -1,7 +1,9 @@
-"""A fan blade of sheet metal as a shell, beside its solid: frequencies against the speed.
+"""The Campbell diagram of a fan blade of sheet metal as a shell, beside its solid.
 
 The blade is curved across and set at an angle. The shell has 6 degrees of freedom at each node of its surface, the
-solid two layers of hexahedra through the same thickness. Needs dolfinx.
+solid two layers of hexahedra through the same thickness. Seen from the blade, whatever stands still around the fan (its
+four struts, say) pushes at multiples of the speed: where a frequency crosses such a line is a critical speed. Needs
+dolfinx.
 """
 
 from dataclasses import replace
@@ -38,7 +40,7 @@ blades = {
     "solid": solid_body(solid, steel, {"root": "clamped"}, **options),
 }
 speeds = np.linspace(0.0, 300.0, 7)  # rad/s
-frequencies = {}
+diagrams = {}
 for name, blade in blades.items():
     print(name, blade)
 
@@ -48,11 +50,13 @@ for name, blade in blades.items():
         scene.add_flexible_body("blade", blade, joint=kf.Revolute("z", motion=kf.Motion.steady(speed)))
         return scene
 
-    frequencies[name] = np.array(
-        [kf.equilibrium(spinning(speed)).linearise().modes().frequencies[:4] for speed in speeds]
-    )
+    diagrams[name] = kf.campbell(spinning, speeds, modes=4)
+frequencies = {name: diagram.frequencies for name, diagram in diagrams.items()}
 difference = np.abs(frequencies["shell"] / frequencies["solid"] - 1.0).max(axis=0)
 print("largest differences of the first four frequencies", difference)
+critical = [(order, found) for order in (1, 2, 3, 4) for found in diagrams["shell"].critical_speeds(order=order)]
+for order, found in critical:
+    print(f"critical speed: {found}")
 
 out = Path("out")
 out.mkdir(exist_ok=True)
@@ -61,6 +65,9 @@ plt.plot(turns, frequencies["shell"], "-", color="tab:blue")
 plt.plot(turns, frequencies["solid"], "o", color="black", fillstyle="none")
 plt.plot([], [], "-", color="tab:blue", label="shell")
 plt.plot([], [], "o", color="black", fillstyle="none", label="solid, two layers")
+for order, found in critical:
+    plt.plot(found.speed * 60.0 / (2.0 * np.pi), order * found.speed / (2.0 * np.pi), "x", color="tab:red")
+plt.plot([], [], "x", color="tab:red", label="critical speeds of the shell")
 for order in (1, 2, 3, 4):
     plt.plot(turns, order * turns / 60.0, ":", color="grey", linewidth=0.8)
     plt.annotate(f"{order}", (turns[-1], order * turns[-1] / 60.0))
