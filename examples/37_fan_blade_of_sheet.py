@@ -55,7 +55,7 @@ frequencies = {name: diagram.frequencies for name, diagram in diagrams.items()}
 difference = np.abs(frequencies["shell"] / frequencies["solid"] - 1.0).max(axis=0)
 print("largest differences of the first four frequencies", difference)
 critical = [(order, found) for order in (1, 2, 3, 4) for found in diagrams["shell"].critical_speeds(order=order)]
-for order, found in critical:
+for _, found in critical:
     print(f"critical speed: {found}")
 
 out = Path("out")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 
@@ -13,8 +14,18 @@ LARGEST = 1e-6
 """Residual relative to the load from which it is told: displacements and frequencies are off by more than that."""
 
 
-def largest_residual(what: str, reached: np.ndarray, asked: np.ndarray, numbers: Vector | None = None) -> float:
+def largest_residual(
+    what: str,
+    reached: np.ndarray,
+    asked: np.ndarray,
+    numbers: Vector | None = None,
+    moved: tuple[np.ndarray, Callable[[np.ndarray], np.ndarray]] | None = None,
+) -> float:
     """Return the largest norm of ``reached - asked`` over that of `asked`, of each column.
+
+    Forces in stiff directions hardly move a body: round-off along a thin sheet is large beside the forces that bend
+    it. Where solutions and the inverse of K are given, a residual that would be told is the root of the energy of its
+    own displacement over that of the solution, if this is less.
 
     Parameters
     ----------
@@ -26,6 +37,8 @@ def largest_residual(what: str, reached: np.ndarray, asked: np.ndarray, numbers:
         Forces that they should take: the load, or ``w^2 M x`` of a mode.
     numbers : ndarray, shape (m,), optional
         By which the warning names the columns. Default: from 1.
+    moved : (ndarray, callable), optional
+        The solutions (n, m), and the function that returns displacements (n, c) of forces (n, c).
 
     Warns
     -----
@@ -36,6 +49,12 @@ def largest_residual(what: str, reached: np.ndarray, asked: np.ndarray, numbers:
         return 0.0
     sizes, errors = (np.sqrt(np.einsum("ij,ij->j", part, part)) for part in (asked, reached - asked))
     relative = errors / np.where(sizes > 0.0, sizes, 1.0)
+    doubtful = np.flatnonzero(relative > LARGEST)
+    if moved is not None and len(doubtful):
+        shapes, solve = moved
+        left = (reached - asked)[:, doubtful]
+        energies = np.abs([np.einsum("ij,ij->j", left, solve(left)), (shapes * asked)[:, doubtful].sum(axis=0)])
+        relative[doubtful] = np.minimum(relative[doubtful], np.sqrt(energies[0] / energies[1]))
     worst = int(np.argmax(np.where(np.isnan(relative), np.inf, relative)))
     if not relative[worst] <= LARGEST:
         name = worst + 1 if numbers is None else numbers[worst]

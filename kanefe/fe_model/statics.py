@@ -232,7 +232,13 @@ class StaticProblem:
         u = self.solve(f)
         moving = np.delete(np.arange(self.size), self.fixed)
         reached, asked = (self.stiffness @ u)[moving], self.relieved(f)[moving]
-        self.note_residual(f"{what}s", largest_residual(what, reached, asked))
+
+        def solve(left: np.ndarray) -> np.ndarray:
+            forces = np.zeros((self.size, left.shape[1]))
+            forces[moving] = left
+            return np.asarray(self.solve(forces)[moving])
+
+        self.note_residual(f"{what}s", largest_residual(what, reached, asked, moved=(u[moving], solve)))
         return u
 
     @cached_property

@@ -66,7 +66,7 @@ def normal_modes(
         # factors on several processes find modes by themselves
         find = getattr(factors, "lowest_modes", None) or _found_by(factors.solve)
         found = _modes(lambda: problem.interior_stiffness, M, find, 0, count, up_to_frequency)
-    return _embedded(problem, problem.interior, *found)
+    return _embedded(problem, problem.interior, factors.solve, *found)
 
 
 def free_normal_modes(
@@ -87,9 +87,8 @@ def free_normal_modes(
         return problem.stiffness[moving][:, moving]
 
     M = problem.mass[moving][:, moving]
-    return _embedded(
-        problem, moving, *_modes(stiffness, M, _found_by(solve), problem.rigid_modes.shape[1], count, up_to_frequency)
-    )
+    found = _modes(stiffness, M, _found_by(solve), problem.rigid_modes.shape[1], count, up_to_frequency)
+    return _embedded(problem, moving, solve, *found)
 
 
 def _found_by(solve: Callable[[np.ndarray], np.ndarray]) -> Find:
@@ -98,13 +97,18 @@ def _found_by(solve: Callable[[np.ndarray], np.ndarray]) -> Find:
 
 
 def _embedded(
-    problem: StaticProblem, rows: np.ndarray, squares: np.ndarray, shapes: np.ndarray
+    problem: StaticProblem,
+    rows: np.ndarray,
+    solve: Callable[[np.ndarray], np.ndarray],
+    squares: np.ndarray,
+    shapes: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the modes in all tied coordinates, checked."""
     modes = np.zeros((problem.size, shapes.shape[1]))
     modes[rows] = shapes
     reached, asked = (problem.stiffness @ modes)[rows], (problem.mass @ modes)[rows] * squares
-    problem.note_residual("normal modes", largest_residual("normal mode", reached, asked))
+    residual = largest_residual("normal mode", reached, asked, moved=(shapes, solve))
+    problem.note_residual("normal modes", residual)
     return squares, modes
 
 

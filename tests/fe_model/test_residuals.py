@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 import pytest
 
@@ -65,3 +67,16 @@ def test_the_worst_column_is_named():
     assert largest_residual("mode", reached[:, :2], asked[:, :2]) == pytest.approx(1e-7)
     with pytest.warns(AccuracyWarning, match="nan"):
         largest_residual("mode", np.full((2, 1), np.nan), asked[:, :1])
+
+
+def test_forces_in_stiff_directions_count_by_what_they_move():
+    """K = diag(1, 1e10): 1e-4 along the second moves 1e-14, with an energy of 1e-18; along the first it is told."""
+    K, solution = np.array([1.0, 1e10]), np.array([[1.0], [0.0]])
+    asked = K[:, None] * solution
+    for residual, is_told in (((0.0, 1e-4), False), ((1e-4, 0.0), True)):
+        reached = asked + np.array([residual]).T
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            found = largest_residual("mode", reached, asked, moved=(solution, lambda f: f / K[:, None]))
+        assert bool(told) is is_told
+        assert found == pytest.approx(1e-4 if is_told else 1e-9)

@@ -51,7 +51,7 @@ ROOMS = {
     "views": 3457,
     "studies": 3490,
     "bodies": 3690,
-    "fe_model": 4909,
+    "fe_model": 4926,
     "environment": 2836,
     "scene": 3050,
     "reduction": 3320,

@@ -14,7 +14,7 @@ import numpy as np
 
 from kanefe.arguments import checked
 from kanefe.bodies.source import sourced
-from kanefe.errors import MeshError
+from kanefe.errors import MeshError, ModelError
 from kanefe.fe_model.model import COMPONENTS, Cells, Elasticity, FiniteElementModel
 from kanefe.fe_model.progress import report_size, stage, stages
 from kanefe.fe_model.shell_stack import ShellStack
@@ -149,6 +149,10 @@ def shell_model(
     }
     options |= {"shear_factor": shear_factor, "cells": cells, "surfaces": surfaces, "lumped": lumped}
     given_source = MeshSource(read_to_assemble, mesh, options, 2, ONE_ORDER, held_by_number(lumped))
+    if not 0.0 < fold <= math.pi:
+        raise ModelError(
+            f"fold={fold:g} rad of a shell is no angle between 0 and pi. Remedy: radians, np.radians(20.0)"
+        )
     beams = checked_stiffeners(beams)
     mesh, of_solids = _parts(mesh, materials, cells)
     solids = set() if of_solids is None else set(of_solids.cells)

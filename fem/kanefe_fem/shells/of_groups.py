@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
-from kanefe.errors import ModelError
+from kanefe.errors import AccuracyWarning, ModelError, outside
 from kanefe.fe_model.shapes import shape
 from kanefe.frames import numbers
 from kanefe_fem.materials.damping import refuse_losses
@@ -25,6 +26,9 @@ Thickness = float | Callable[[np.ndarray], np.ndarray]
 
 THINNEST, THICKEST = 1e-9, 0.5
 """Smallest and largest thickness of a shell, relative to the size of its mesh."""
+
+TINY_OFFSET = (1e-9, 1e-2)
+"""Offsets between these, as fractions of the thickness, are told: above round-off of decks, they look like metres."""
 
 ALONG = 0.1
 """Sine of the least angle between the normal of a cell and the first axis of its material."""
@@ -167,6 +171,13 @@ def _offset_of(name: str, given: Any) -> float:
         raise ModelError(
             f"offset of group {name!r} is {value!r}. Remedy: a fraction of the thickness, such as 0.5 for a mesh of "
             "the bottom of the sheet"
+        )
+    if TINY_OFFSET[0] < abs(float(value)) < TINY_OFFSET[1]:
+        warnings.warn(
+            f"offset of group {name!r} is {float(value):g} of its thickness, next to nothing: it is a fraction, "
+            "and no length in m. Remedy: 0.5 for a mesh of the bottom of the sheet, or 0",
+            AccuracyWarning,
+            stacklevel=outside(),
         )
     return float(value)
 

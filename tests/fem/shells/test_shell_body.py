@@ -93,6 +93,10 @@ def test_what_is_no_shell_is_refused():
         shell_model(grid("plate", 1), Oriented(STEEL, across), 1e-3)
     with pytest.raises(ModelError, match="offset of group 'body'"):
         shell_model(grid("plate", 1), STEEL, 1e-3, offset=float("inf"))
+    with pytest.raises(ModelError, match=r"fold=20 rad .* Remedy: radians"):
+        shell_model(grid("plate", 1), STEEL, 1e-3, fold=20.0)
+    with pytest.warns(AccuracyWarning, match=r"offset of group 'body' is 0.0005 of its thickness.* no length in m"):
+        shell_model(grid("plate", 1), STEEL, 1e-3, offset=5e-4)
 
 
 def test_cells_without_area_and_folded_cells_are_refused():
