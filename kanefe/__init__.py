@@ -12,7 +12,6 @@ from kanefe.storage.forks import renew_locks_in_children
 if TYPE_CHECKING:
     from kanefe import fatigue as fatigue
     from kanefe import studies as studies
-    from kanefe.accuracy import Accuracy as Accuracy
     from kanefe.batches import simulate_many as simulate_many
     from kanefe.bodies.exact.strain_basis import BSpline as BSpline
     from kanefe.bodies.exact.strain_basis import Legendre as Legendre
@@ -99,6 +98,7 @@ if TYPE_CHECKING:
     from kanefe.reduction import flexible_body as flexible_body
     from kanefe.result import Result as Result
     from kanefe.result import load_result as load_result
+    from kanefe.results.accuracy import Accuracy as Accuracy
     from kanefe.robots import *  # noqa: F403
     from kanefe.scene.scene import Frame as Frame
     from kanefe.screening import ScreenedRun as ScreenedRun

@@ -22,7 +22,7 @@ from kanefe.results.table_reader import TableReader
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from kanefe.accuracy import Accuracy
+    from kanefe.results.accuracy import Accuracy
     from kanefe.results.force_errors import ForceError
     from kanefe.views.player.drawn_modes import StressField
     from kanefe.views.player.page import Page

@@ -36,7 +36,7 @@ ROOMS = {
     "screening": "Screened runs",
     "batches": "Many runs at once",
     "certified": "Answers with a bound",
-    "accuracy": "How wrong an answer may be",
+    "results": "How wrong an answer may be",
     "studies": "Studies",
     "fatigue": "Fatigue",
     "frames": "Rotations",

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from kanefe.accuracy import Accuracy
 from kanefe.arguments import checked
 from kanefe.certified.bodies_made import BodiesMade
 from kanefe.certified.body_sources import body_sources
@@ -22,6 +21,7 @@ from kanefe.certified.search import Search
 from kanefe.certified.trial import Trial, timed
 from kanefe.certified.values import values_of
 from kanefe.errors import AccuracyWarning, ModelError, outside
+from kanefe.results.accuracy import Accuracy
 from kanefe.scene.segments import SegmentMethods
 
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from kanefe.accuracy import Accuracy, SourceOfError
 from kanefe.certified.choice import Levels, settings
 from kanefe.certified.pairs import SAFETY
 from kanefe.certified.search import Search
+from kanefe.results.accuracy import Accuracy, SourceOfError
 
 
 def accuracy_of(search: Search) -> Accuracy:

@@ -109,7 +109,14 @@ class Search:
                 raise
             self.reason = "interrupted by Ctrl-C"
         if not self.reason and not self._is_met():
-            self.reason = why_not(self)
+            self.reason = self._why_not()
+
+    def _why_not(self) -> str:
+        """Return why the accuracy is not met."""
+        parts = {n: float(np.max(left.errors / self.allowed)) for n, left in enumerate(self.lefts) if left is not None}
+        worst = max(parts, key=lambda number: parts[number])
+        end = self.exhausted.get(worst, "there are no finer levels")
+        return why_not(self.sources[worst].name, self.left(worst), self.pairs.get(worst, []), end)
 
     def _climb(self) -> None:
         """Raise sources until the bound is met or nothing is left to be raised."""

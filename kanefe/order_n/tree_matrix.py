@@ -39,8 +39,8 @@ LEAST_PRODUCTS = 500
 """Products of the elimination of a row of a tree, of a rigid body on a hinge: counted."""
 
 DEARER = 1.6
-"""Time of a product whose place is looked up, over that of one in a dense matrix: measured with chains of hinges, for
-which both ways take as long with 50 links."""
+"""Time of a product whose place is looked up, relative to that of one in a dense matrix: measured with chains of
+hinges, for which both ways take as long with 50 links."""
 
 
 @dataclass(frozen=True, eq=False)
