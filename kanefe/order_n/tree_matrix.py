@@ -251,22 +251,24 @@ def keeps_structure(route: Evaluated) -> bool:
 def expected_work(route: Evaluated) -> float:
     """Return how many products elimination takes about, without making anything; infinite where matrices are dense.
 
-    Modes are eliminated from their own rows and those of two needs, with entries of modes, a motion and a need. Paths
-    between ends of loads that are further apart are left out.
+    Modes are eliminated from their own rows and those of two needs, with entries of modes, a motion and a need; states
+    that move one by one, from those of their load that are left and two needs. Paths between far ends are left out.
     """
     if not keeps_structure(route):
         return np.inf
-    bodies = AllModalCoordinates(route.scene.flexible.bodies)
+    bodies, model = AllModalCoordinates(route.scene.flexible.bodies), route.model
     modes = [bodies[f].k for f in range(len(bodies))]
     of_modes = sum(k * (k + 2 * Size.NEED) * (k + Size.MOTION + Size.NEED) for k in modes)
-    return DEARER * (LEAST_PRODUCTS * len(route.scene.tables.rows) + of_modes)
+    counts = [own.stop - own.start for own in model.load_states] if model.states_move else []
+    of_states = sum((left + 2 * Size.NEED) * (left + Size.MOTION) for count in counts for left in range(count))
+    return DEARER * (LEAST_PRODUCTS * len(route.scene.tables.rows) + of_modes + of_states)
 
 
 def pattern_if_less(route: Evaluated) -> TreePattern | None:
     """Return where the entries of the Newton matrix of a tree are; None if a dense matrix has less work, or must do."""
     model = route.model
     dense = (model.free_count + (model.state_count if model.states_move else 0)) ** 3 / 3
-    if dense < LEAST_PRODUCTS * len(route.scene.tables.rows) or not keeps_structure(route):
+    if dense < expected_work(route):
         return None
     pattern = TreeMatrix(route).pattern()
     return pattern if pattern.work < dense else None

@@ -45,12 +45,12 @@ def left_out(problem: StaticProblem, found: Orthonormal) -> dict[str, Any]:
         of two loads; "displacement": D, m2 per product of units.
     """
     groups = spread_groups(problem)
-    shaped = _not_normal(problem, found.modes)
+    shaped, inertia = _not_normal(problem, found.modes)
     names = [[group.name, component] for group in groups for component in group.kept]
     names += [[INERTIA_OF_MODES, int(mode)] for mode in shaped]
     if not names:
         return {"loads": [], "energy": [], "displacement": []}
-    F = problem.relieved(np.hstack([*(group.forces for group in groups), problem.mass @ found.modes[:, shaped]]))
+    F = problem.relieved(np.hstack([*(group.forces for group in groups), inertia]))
     F[problem.fixed] = 0.0
     U = problem.solve(F)
     whole = F.T @ U
@@ -63,10 +63,11 @@ def left_out(problem: StaticProblem, found: Orthonormal) -> dict[str, Any]:
     return {"loads": [names[i] for i in kept], "energy": R.tolist(), "displacement": D.tolist()}
 
 
-def _not_normal(problem: StaticProblem, modes: np.ndarray) -> np.ndarray:
-    """Return the numbers of modes that are static shapes and not normal modes of the whole body."""
+def _not_normal(problem: StaticProblem, modes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the numbers of modes that are static shapes and not normal modes of the whole body, and M times these."""
     moving = np.delete(np.arange(problem.size), problem.fixed)
-    pulled = (problem.stiffness @ modes)[moving]
+    pulled, inertia = (problem.stiffness @ modes)[moving], problem.mass @ modes
     squares = np.einsum("ij,ij->j", modes[moving], pulled)
-    residual = np.linalg.norm(pulled - (problem.mass @ modes)[moving] * squares, axis=0)
-    return np.flatnonzero(residual > np.sqrt(HELD) * np.linalg.norm(pulled, axis=0))
+    residual = np.linalg.norm(pulled - inertia[moving] * squares, axis=0)
+    shaped = np.flatnonzero(residual > np.sqrt(HELD) * np.linalg.norm(pulled, axis=0))
+    return shaped, inertia[:, shaped]

@@ -49,8 +49,7 @@ def moved(model: Model, seed: int) -> np.ndarray:
 
 def taken(monkeypatch: pytest.MonkeyPatch, is_tree: bool) -> None:
     """Let radau5 take matrices of trees in all scenes that have such, or in none."""
-    monkeypatch.setattr(tree_matrix, "LEAST_PRODUCTS", 0 if is_tree else np.inf)
-    monkeypatch.setattr(tree_matrix, "DEARER", 0.0)
+    monkeypatch.setattr(tree_matrix, "DEARER", 0.0 if is_tree else np.inf)
 
 
 def solutions(model: Model, y: np.ndarray, h: float) -> tuple[KernelStepper, np.ndarray]:

@@ -93,7 +93,7 @@ SKIPS: dict[str, tuple[list[str], Callable[[], Model], Callable[[], Model]]] = {
             "evaluation.evaluation.modal_dissipation",
             "evaluation.evaluation.add_field_loads",
             "sweeps.outward.modal_state",
-            "sweeps.outward._move_interface",
+            "sweeps.outward.move_interface",
             "sweeps.inertia.set_flexible",
             "constraints.tree_sweeps.eliminate_modes",
             "constraints.tree_sweeps.modal_accelerations",

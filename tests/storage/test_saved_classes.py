@@ -35,11 +35,13 @@ WORDS = {
     "cells",
     "elasticity",
     "exact beam",
+    "facet block",
     "finite element model",
     "flexible body",
     "inertia field",
     "interface frame",
     "load pattern",
+    "loaded face",
     "mass field",
     "mass moments",
     "model record",
@@ -72,7 +74,16 @@ WORDS_OF_WARNINGS = {
 # Classes of the same name in two files of a package. A digest does not tell them apart, and need not: they are parts of
 # tables that are printed, of verification runs, studies and searches, and of what is read or meshed on the way to a
 # body, never of a scene or of the options of a body.
-SHARED_NAMES = {"Assembly", "Case", "Held", "Output", "Row", "Samples", "Surface", "Table", "Tangent", "_Part"}
+SHARED_NAMES = {"Assembly", "Case", "Held", "Output", "Row", "Samples", "Surface", "Table", "Tangent", "_Part"} | {
+    "Changes",
+    "Choice",
+    "Limits",
+    "Piece",
+    "Quantity",
+    "Search",
+    "Source",
+    "Trial",
+}
 
 PLACES = {**SAVED_CLASSES, **{f"{word} warning": place for word, place in WARNINGS.items()}}
 

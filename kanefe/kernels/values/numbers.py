@@ -48,6 +48,7 @@ def _turned(angle: Number) -> tuple[Number, Number]:
     quarters = _floor(angle * (2.0 / math.pi) + 0.5)
     x = ((angle - quarters * QUARTER) - quarters * QUARTER_REST) - quarters * QUARTER_LAST
     x = _chosen(x, BEYOND, BEYOND, _chosen(-BEYOND, x, -BEYOND, x))  # of huge angles no digit is behind the point
+    x = _chosen(angle * angle, 1e60, math.nan, x)  # such a motion has grown without bound
     z = x * x
     sine = 2.75573137070700676789e-06 + z * (-2.50507602534068634195e-08 + z * 1.58969099521155010221e-10)
     sine = 8.33333333332248946124e-03 + z * (-1.98412698298579493134e-04 + z * sine)
